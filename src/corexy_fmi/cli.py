@@ -1,0 +1,70 @@
+"""The command ``corexy``: its commands, and what an error or an interrupt does to the process."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType
+
+import typer
+
+from corexy_fmi.commands import build, demo, diagnose, effects, import_, rectangle, simulate
+from corexy_fmi.errors import InputError
+
+BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 143
+
+app = typer.Typer(
+    name="corexy",
+    help="Dynamics of Core-XY belt stages as an FMU, and what a recording shows a model to lack.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("demo")(demo.demo)
+app.command("rectangle")(rectangle.rectangle)
+app.command("simulate")(simulate.simulate)
+app.command("diagnose", cls=diagnose.ManyHoldouts)(diagnose.diagnose)
+app.command("effects")(effects.effects)
+app.command("build")(build.build)
+app.add_typer(import_.app, name="import")
+
+
+def main() -> None:
+    """Run the command line and leave with its status: 0, 2 for bad input, 130 when interrupted."""
+    signal.signal(signal.SIGTERM, _terminate)
+    sys.exit(_run())
+
+
+def _run() -> int:
+    """Exit status; a mistake of the user is one line on stderr."""
+    try:
+        status = app(prog_name="corexy", standalone_mode=False)
+    except InputError as error:
+        return _say(str(error), BAD_INPUT)
+    except (KeyboardInterrupt, typer.Abort):
+        status = INTERRUPTED
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # typer's usage errors can say what is wrong
+            raise
+        return _say(f"{_path(error)}: {error.format_message()}", BAD_INPUT)
+    if status == INTERRUPTED:
+        return _say("interrupted, nothing was left half-written", INTERRUPTED)
+    return status if isinstance(status, int) else 0
+
+
+def _say(line: str, status: int) -> int:
+    print(" ".join(line.split()), file=sys.stderr)
+    return status
+
+
+def _path(error: Exception) -> str:
+    """The command that was called wrongly."""
+    context = getattr(error, "ctx", None)
+    return str(context.command_path) if context is not None else "corexy"
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    """SIGTERM unwinds the stack, so that files written beside their place are removed."""
+    raise SystemExit(TERMINATED)

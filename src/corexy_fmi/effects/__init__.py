@@ -1,0 +1,39 @@
+"""The catalogue: every file of this folder that holds an ``EFFECT``, in order of its name."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pkgutil
+from functools import cache
+from pathlib import Path
+
+from corexy_fmi.effects.api import Effect
+from corexy_fmi.errors import InputError
+
+
+@cache
+def catalogue() -> dict[str, Effect]:
+    """All bundled effects by name."""
+    names = sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name != "api")
+    modules = [importlib.import_module(f"{__name__}.{name}") for name in names]
+    return {module.EFFECT.name: module.EFFECT for module in modules}
+
+
+def load_file(path: Path) -> Effect:
+    """A user's own effect from one Python file; the file is executed.
+
+    Raises InputError where the file cannot be loaded or holds no ``EFFECT``.
+    """
+    spec = importlib.util.spec_from_file_location(f"corexy_user_effect_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: not a Python file, expected one that defines EFFECT")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except (OSError, SyntaxError, ImportError, NameError, TypeError) as error:
+        raise InputError(f"{path}: cannot be loaded as an effect: {error}") from error
+    effect = getattr(module, "EFFECT", None)
+    if not isinstance(effect, Effect):
+        raise InputError(f"{path}: EFFECT is missing, expected an instance of Effect")
+    return effect

@@ -1,0 +1,86 @@
+"""What an effect file declares: its laws, parameters, places and what a user should do about it.
+
+An effect is one file with a module constant ``EFFECT``.  Its physics is one or more ordinary
+functions of named variables of a port (`corexy_fmi.kernel.ports`), of its own memory and of its
+parameters; a law returns a dict of the variables it changes.  The same function runs on floats and
+arrays (the Python reference) and is traced once with SymPy (C, LaTeX).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+AXES = {"x": (0,), "y": (1,), "xy": (0, 1)}
+MOTORS = {"motor1": (0,), "motor2": (1,), "motors": (0, 1)}
+BELTS = {"belts": tuple(range(12))}
+SENSOR = {"sensor": (0,)}
+STEPPER, DC = "stepper", "dc"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect, with its unit, its neutral value and the range that physics allows.
+
+    ``starts`` are the values from which a fit begins; ``size`` marks the one parameter whose
+    neutral value switches the effect off.  ``log`` parameters are fitted on a logarithmic scale.
+    ``scaling`` says how a small effect grows with its size: 1 in proportion, -1 as its inverse,
+    0 neither.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    neutral: float
+    lower: float
+    upper: float
+    starts: tuple[float, ...]
+    size: bool = False
+    log: bool = False
+    scaling: int = 1
+    periodic: float = 0.0
+    default: float | None = None  # value where a machine file leaves it out; None: must be given
+
+
+@dataclass(frozen=True)
+class Law:
+    """One function at one port; the function's argument names say what it reads."""
+
+    port: str
+    function: Callable[..., Mapping[str, object]]
+    places: tuple[int, ...] | None = None  # where it applies, of the location's; None: everywhere
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One physical effect of the catalogue (CONTRACT 5)."""
+
+    name: str
+    summary: str
+    locations: Mapping[str, tuple[int, ...]]
+    parameters: tuple[Parameter, ...]
+    laws: tuple[Law, ...]
+    equation: str  # LaTeX
+    citation: str
+    remedy: str
+    check: str
+    looks_like: str
+    state: str  # located.state of CONTRACT 4
+    coordinate: str | None = None  # located.coordinate where it is not the location itself
+    drives: tuple[str, ...] = (STEPPER, DC)
+    fidelities: tuple[str, ...] = ("full", "reduced")
+    memory: tuple[str, ...] = ()  # names of the scalars it remembers for each place
+    frees_rotor: bool = False  # the motor angle becomes a degree of freedom (stepper)
+    history: float = 0.0  # [s] of sensor history that it looks back
+    # square [1/s^2] of its fastest pole, of its parameters, inertia (rotor) and carriage (mass)
+    pole: Callable[..., object] | None = None
+    claims: Mapping[str, bool] = field(default_factory=dict)  # "odd", "dissipative"
+
+    @property
+    def size(self) -> Parameter:
+        """The parameter whose neutral value switches the effect off."""
+        return next(p for p in self.parameters if p.size)
+
+    def neutral(self) -> dict[str, float]:
+        """Parameter values at which the effect is exactly absent."""
+        return {p.name: p.neutral for p in self.parameters}

@@ -1,0 +1,69 @@
+"""Whole files or none: outputs are written beside their place and renamed when complete."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from corexy_fmi.errors import InputError
+
+
+@contextmanager
+def write_beside(path: Path) -> Iterator[Path]:
+    """Give a path in the same folder to write to; it takes the name ``path`` on success.
+
+    On any exception, also an interrupt, nothing stays behind.  Raises InputError where the folder
+    cannot be written.
+    """
+    beside = _beside(path)
+    with _told(path, beside):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            yield beside
+            os.replace(beside, path)
+        finally:
+            beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def write_folder(folder: Path) -> Iterator[Path]:
+    """Give a fresh folder to fill; its files move into ``folder`` once all are complete.
+
+    Files of other names that ``folder`` already holds stay.  Raises InputError where the place
+    cannot be written.
+    """
+    beside = _beside(folder)
+    with _told(folder, beside):
+        try:
+            beside.mkdir(parents=True)
+            yield beside
+            folder.mkdir(exist_ok=True)
+            for item in sorted(beside.iterdir()):
+                os.replace(item, folder / item.name)
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
+
+
+def _beside(path: Path) -> Path:
+    """A name that nobody else uses, with the same ending, hidden."""
+    return path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+
+
+@contextmanager
+def _told(path: Path, beside: Path) -> Iterator[None]:
+    """An error of the file system on the way to ``path`` is the user's to mend; others pass."""
+    try:
+        yield
+    except OSError as error:
+        ours = str(error.filename or "").startswith((str(beside), str(path.parent)))
+        if not ours and error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"{path}: cannot be written: {reason}, expected a place to write"
+        ) from error

@@ -1,0 +1,163 @@
+"""Call the compiled kernel: one recording's inputs, any number of parameter sets."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from corexy_fmi.kernel.compiler import kernel_library
+from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.topology import STAGES
+
+Array = NDArray[np.float64]
+MOTION = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "x_true", "y_true")
+MOTORS = ("omega1", "omega2", "torque1", "torque2", "V1", "V2")
+OUTPUTS = (*MOTION, *MOTORS, *(f"tension{i + 1}" for i in range(12)))
+MODES = {"angles": 0, "voltages": 1, "closed_loop": 2}
+LANES = 8
+LONG_RUN = 100_000  # rows
+
+
+class _Batch(ctypes.Structure):
+    """`batch` of batch.c."""
+
+    _fields_ = (
+        *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive")),
+        *((n, ctypes.c_void_p) for n in ("time", "input1", "input2")),
+        *((n, ctypes.c_double) for n in ("kp", "kd", "limit", "angle1", "angle2")),
+        *((n, ctypes.c_void_p) for n in ("parameter", "deflection", "channel")),
+        ("channels", ctypes.c_int),
+        ("out", ctypes.c_void_p),
+        ("step", ctypes.c_double),
+    )
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What drives a run: times [s] (n,), two inputs (n,), and what they are.
+
+    ``mode``: "angles" [rad], linear between rows; "voltages" [V], held; "closed_loop": references
+    [rad] of a PD law on the rotor angles, V_n = kp (ref_n - phi_n) + kd (slope_n - omega_n), held
+    from row n to the next; slope_n is the reference's on the interval that starts at row n.
+    """
+
+    time: Array
+    input1: Array
+    input2: Array
+    mode: str = "angles"
+    kp: float = 0.0
+    kd: float = 0.0
+    first_angles: tuple[float, float] | None = None
+
+    def start(self) -> tuple[float, float]:
+        """Motor angles [rad] at which the run rests at first."""
+        if self.first_angles is not None:
+            return self.first_angles
+        if self.mode == "voltages":
+            return 0.0, 0.0
+        return float(self.input1[0]), float(self.input2[0])
+
+
+@cache
+def _library(layout: Layout, lanes: int) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(kernel_library(layout, lanes)))
+    library.batch_run.argtypes = [ctypes.POINTER(_Batch)]
+    return library
+
+
+def _interruptible(function: Callable[..., int], call: _Batch, rows: int) -> int:
+    """Call the kernel; a long run goes to a thread, so that Ctrl-C reaches the main thread."""
+    if rows < LONG_RUN or threading.current_thread() is not threading.main_thread():
+        return function(ctypes.byref(call))
+    status: list[int] = []
+    worker = threading.Thread(
+        target=lambda: status.append(function(ctypes.byref(call))), daemon=True
+    )
+    worker.start()
+    while worker.is_alive():
+        worker.join(0.1)
+    return status[0]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What all blocks of a run share."""
+
+    layout: Layout
+    excitation: Excitation
+    fidelity: str
+    dc: bool
+    channels: tuple[str, ...]
+    limit: float
+
+    def block(self, parameters: Array, deflection: Array, out: Array) -> float:
+        """One block of lanes into out (lanes, channels, rows); returns its longest step [s]."""
+        e, library = self.excitation, _library(self.layout, len(parameters))
+        wanted = np.array([OUTPUTS.index(c) for c in self.channels], dtype=np.int32)
+        arrays = (e.time, e.input1, e.input2, parameters, deflection)
+        keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
+        call = _Batch(len(e.time), MODES[e.mode], list(STAGES).index(self.fidelity), int(self.dc))
+        call.time, call.input1, call.input2, call.parameter, call.deflection = (
+            a.ctypes.data for a in keep
+        )
+        call.kp, call.kd, call.limit = e.kp, e.kd, self.limit
+        call.angle1, call.angle2 = e.start()
+        call.channel, call.channels, call.out = wanted.ctypes.data, len(wanted), out.ctypes.data
+        if _interruptible(library.batch_run, call, len(e.time)):
+            raise MemoryError("the kernel found no memory for a run")
+        return float(call.step)
+
+
+def _check_shapes(layout: Layout, e: Excitation, parameters: Array) -> None:
+    """The library reads as far as it is told to."""
+    lengths = {len(e.time), len(e.input1), len(e.input2)}
+    if len(lengths) != 1 or 0 in lengths:
+        raise ValueError(f"time and inputs have {sorted(lengths)} rows, expected one number")
+    if parameters.ndim != 2 or parameters.shape[1] != layout.parameters:
+        raise ValueError(f"parameters {parameters.shape}, expected (sets, {layout.parameters})")
+
+
+def run_lanes(
+    layout: Layout,
+    excitation: Excitation,
+    parameters: Array,
+    *,
+    fidelity: str = "full",
+    dc: bool = False,
+    deflection: Array | None = None,
+    channels: tuple[str, ...] = ("x", "y"),
+    limit: float = 0.0,
+) -> Array:
+    """Run every parameter set through one excitation.
+
+    ``parameters`` (sets, layout.parameters); ``deflection`` (sets, 2) initial belt deflection [m];
+    ``limit`` the longest micro-step [s], 0: from the fastest pole of the sets that run together.
+    Returns (sets, channels, rows).  Sets run in blocks of eight in their order, so the result
+    never depends on who calls.  Raises ValueError where shapes do not fit.
+    """
+    _check_shapes(layout, excitation, parameters)
+    run = _Run(layout, excitation, fidelity, dc, channels, limit)
+    sets = len(parameters)
+    width = 1 if sets == 1 else LANES
+    blocks = -(-sets // width)
+    shift = np.zeros((sets, 2)) if deflection is None else deflection
+    out = np.empty((blocks * width, len(channels), len(excitation.time)))
+    for first in range(0, blocks * width, width):
+        take = np.minimum(np.arange(first, first + width), sets - 1)
+        run.block(parameters[take], shift[take], out[first : first + width])
+    return out[:sets]
+
+
+def step_limit(
+    layout: Layout, parameters: Array, *, fidelity: str = "full", dc: bool = False
+) -> float:
+    """Longest micro-step [s] that resolves the fastest pole of one parameter set, at the centre."""
+    rest = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
+    run = _Run(layout, rest, fidelity, dc, ("x",), 0.0)
+    return run.block(parameters[None], np.zeros((1, 2)), np.empty((1, 1, 1)))

@@ -1,0 +1,145 @@
+"""The kernel's shared library: compiled once, cached by the hash of all that decides its bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import platformdirs
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.kernel.generate import generated_header, sizes_header
+from corexy_fmi.kernel.layout import Layout
+
+# no contraction: every build gives the same bits; SLP vectors slow one lane and make eight fast;
+# without trapping math selects become vectors below AVX-512 (three times as fast), values the same
+FLAGS = (
+    "-std=c99",
+    "-O3",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fno-tree-slp-vectorize",
+    "-fPIC",
+    "-fvisibility=hidden",
+)
+PARTS = ("begin", "belt", "free_form", "math", "sense")
+STAGE_HEADERS = ("stage.h", *(f"stage_{part}.h" for part in PARTS))
+KERNEL_SOURCES = (*STAGE_HEADERS, "stage.c", "batch.c")
+SUFFIX = {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
+MISSING = "no C compiler found: install gcc, or the wheel 'ziglang' (pip install ziglang, 100 MB)"
+
+
+def native_sources() -> Path:
+    """Folder of the C sources written by hand: in the source tree, or bundled into the wheel."""
+    bundled = Path(__file__).parents[1] / "fmu_src" / "native"
+    return bundled if bundled.is_dir() else Path(__file__).parents[3] / "fmu_src" / "native"
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels are kept; the environment's COREXY_CACHE overrides it."""
+    chosen = os.environ.get("COREXY_CACHE")
+    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("corexy_fmi"))
+
+
+@cache
+def find_compiler() -> tuple[str, ...]:
+    """Command of a C compiler: CC, gcc, clang, or zig's wheel.
+
+    Raises InputError with the line that installs one where there is none.
+    """
+    for name in (os.environ.get("CC"), "gcc", "clang", "cc"):
+        if name and shutil.which(name):
+            return (name,)
+    if importlib.util.find_spec("ziglang"):
+        return (sys.executable, "-m", "ziglang", "cc")
+    raise InputError(MISSING)
+
+
+@cache
+def _compiler_version(command: tuple[str, ...]) -> str:
+    asked = [*command, "--version"]
+    return subprocess.run(asked, capture_output=True, text=True, check=True).stdout
+
+
+def write_generated(layout: Layout, folder: Path) -> None:
+    """Write the generated headers of a layout."""
+    (folder / "stage_sizes.h").write_text(sizes_header(layout))
+    (folder / "stage_generated.h").write_text(generated_header(layout))
+
+
+def compile_library(sources: Sequence[Path], target: Path, *flags: str) -> None:
+    """Compile C sources to a shared library, beside its target and then renamed.
+
+    Raises InputError with the compiler's first lines where it fails.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=target.parent, suffix=SUFFIX, delete=False) as beside:
+        pass
+    try:
+        files = [*map(str, sources), "-o", beside.name]
+        command = [*find_compiler(), *FLAGS, *flags, "-shared", *files, "-lm"]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise InputError(f"the C compiler failed: {done.stderr.strip()[:800]}")
+        os.replace(beside.name, target)
+    finally:
+        Path(beside.name).unlink(missing_ok=True)
+
+
+def _fingerprint(layout: Layout, lanes: int) -> str:
+    """Hash of sources, generator output, CPU, compiler and flags."""
+    digest = hashlib.sha256()
+    for name in KERNEL_SOURCES:
+        digest.update((native_sources() / name).read_bytes())
+    digest.update((sizes_header(layout) + generated_header(layout)).encode())
+    compiler = find_compiler()
+    flags = (*compiler, *FLAGS, *native_flags(lanes), str(lanes))
+    parts = (platform.machine(), cpu_name(), _compiler_version(compiler), *flags)
+    digest.update("\0".join(parts).encode())
+    return digest.hexdigest()[:20]
+
+
+@cache
+def cpu_name() -> str:
+    """Model and feature flags of this CPU, as far as the system tells."""
+    info = Path("/proc/cpuinfo")
+    if not info.exists():
+        return platform.processor()
+    told = ("model name", "flags", "Features")
+    return " ".join(sorted({x for x in info.read_text().splitlines() if x.startswith(told)}))
+
+
+def native_flags(lanes: int) -> tuple[str, ...]:
+    """Flags that let the compiler use all of this CPU; wide vectors where it has them."""
+    vectors = ("-ftree-slp-vectorize",) if lanes > 1 else ()
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return ("-mcpu=native", *vectors)
+    wide = ("-mprefer-vector-width=512",) if "avx512f" in cpu_name() else ()
+    return ("-march=native", *wide, *vectors)
+
+
+def kernel_library(layout: Layout, lanes: int) -> Path:
+    """Path of the kernel for a layout and a number of lanes, compiled if it is not cached.
+
+    Two processes that build at once each compile beside and rename: both end with the same file.
+    """
+    target = cache_folder() / f"kernel-{lanes}-{_fingerprint(layout, lanes)}{SUFFIX}"
+    if not target.exists():
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            write_generated(layout, folder)
+            native = native_sources()
+            include = (f"-I{folder}", f"-I{native}", f"-DLANES={lanes}")
+            sources = [native / "stage.c", native / "batch.c"]
+            compile_library(sources, target, *include, *native_flags(lanes))
+    return target

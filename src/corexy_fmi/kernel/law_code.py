@@ -1,0 +1,81 @@
+"""One law of an effect as a C function over lanes."""
+
+from __future__ import annotations
+
+from sympy.printing.c import C99CodePrinter
+
+from corexy_fmi.effects.api import Effect, Law
+from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
+from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
+
+PLAIN_ARRAYS = ("belt_sign", "side")  # the same for all lanes
+RESERVED = {"s", "p", "m", "i", "l", "on", *COMMON, *C99CodePrinter.reserved_words}
+
+
+def _lvalue(port: str, name: str) -> str:
+    array, index = PORTS[port].variables[name]
+    return f"s->{array}[{index}]" + ("" if array in PLAIN_ARRAYS else "[l]")
+
+
+def _argument(effect: Effect, law: Law, name: str) -> str:
+    """Where a law's argument comes from, as C."""
+    if name in PORTS[law.port].variables:
+        return _lvalue(law.port, name)
+    if name in COMMON:
+        return f"s->{COMMON[name]}"
+    if name in effect.memory:
+        return f"s->memory[m + {effect.memory.index(name)}][l]"
+    names = [p.name for p in effect.parameters]
+    if name in names:
+        return f"s->parameter[p + {names.index(name)}][l]"
+    known = [*PORTS[law.port].variables, *COMMON, *effect.memory, *names]
+    raise ValueError(f"{effect.name}: {law.function.__name__} reads {name}, known are {known}")
+
+
+def _target(effect: Effect, law: Law, name: str) -> str:
+    """Where a law's result goes, as C."""
+    where = f"{effect.name}: {law.function.__name__}"
+    if name in effect.memory:
+        if law.port in OBSERVERS:
+            raise ValueError(f"{where} may not remember {name} at {law.port}, which only looks")
+        return f"s->memory[m + {effect.memory.index(name)}][l]"
+    if name not in PORTS[law.port].writes:
+        raise ValueError(f"{where} may not write {name} at {law.port}")
+    return _lvalue(law.port, name)
+
+
+def check_names(effect: Effect) -> None:
+    """Names of memory and parameters become C variables beside the ports' and the generator's own.
+
+    Raises ValueError for one that cannot.
+    """
+    taken = RESERVED.union(*(PORTS[law.port].variables for law in effect.laws))
+    for name in (*effect.memory, *(p.name for p in effect.parameters)):
+        if name in taken or not name.isidentifier() or name.startswith("t_"):
+            raise ValueError(f"{effect.name}: the name {name!r} is taken, choose another")
+
+
+def size_place(effect: Effect) -> int:
+    """Place of the parameter that switches the effect off."""
+    return [p.name for p in effect.parameters].index(effect.size.name)
+
+
+def law_code(effect: Effect, law: Law, index: int) -> str:
+    """One law as a C function; lanes in which the effect is off keep their values."""
+    check_names(effect)
+    names = argument_names(law.function)
+    lines, results = c_statements(law.function(**symbols(names)))
+    used = " ".join([*lines, *results.values()])
+    size = f"s->parameter[p + {size_place(effect)}][l]"
+    body = [f"const int on = {size} != {effect.size.neutral!r};"]
+    body += [f"const double {n} = {_argument(effect, law, n)};" for n in names if n in used]
+    body += lines
+    body += [f"const double {n}_new = {value};" for n, value in results.items()]
+    targets = {n: _target(effect, law, n) for n in results}
+    body += [f"{target} = on ? {n}_new : {target};" for n, target in targets.items()]
+    code = "\n".join(f"        {line}" for line in body)
+    return (
+        f"/* {effect.summary} [{effect.citation}] */\n"
+        f"static void {effect.name}_{index}(stage *s, int p, int m, int i)\n{{\n"
+        f"    (void)p; (void)m; (void)i;\n    EACH {{\n{code}\n    }}\n}}\n"
+    )

@@ -1,0 +1,71 @@
+"""Where each parameter and each memory of the kernel lies: one flat vector for each lane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+from corexy_fmi.effects import catalogue
+from corexy_fmi.effects.api import Effect
+from corexy_fmi.parameters import NOMINAL
+
+FREE_FORM_LOCATIONS = ("x", "y", "motor1", "motor2")
+FREE_FORM_ARGUMENTS = ("vx", "vy", "x", "y", "phi1", "phi2", "t")
+KNOTS = 24
+FREE_FORM_SIZE = 2 + 2 * KNOTS
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """One effect at one location: its offsets into the parameter and memory vectors."""
+
+    effect: Effect
+    location: str
+    parameter: int
+    memory: int
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Places of the ports that this instance covers."""
+        return self.effect.locations[self.location]
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The vector: nominal parameters, then each instance's, then the free-form laws."""
+
+    instances: tuple[Instance, ...]
+    free_form: int
+    parameters: int
+    memories: int
+
+    def find(self, name: str, location: str) -> Instance:
+        """The instance of an effect at a location; KeyError where there is none."""
+        for instance in self.instances:
+            if instance.effect.name == name and instance.location == location:
+                return instance
+        raise KeyError((name, location))
+
+
+def nominal_index(name: str) -> int:
+    """Place of a nominal parameter in the vector."""
+    return [p.name for p in NOMINAL].index(name)
+
+
+def make_layout(effects: Mapping[str, Effect]) -> Layout:
+    """Lay out the given effects, in their order."""
+    instances, parameter, memory = [], len(NOMINAL), 0
+    for effect in effects.values():
+        for location, places in effect.locations.items():
+            instances.append(Instance(effect, location, parameter, memory))
+            parameter += len(effect.parameters)
+            memory += len(effect.memory) * len(places)
+    total = parameter + len(FREE_FORM_LOCATIONS) * FREE_FORM_SIZE
+    return Layout(tuple(instances), parameter, total, memory)
+
+
+@cache
+def bundled_layout() -> Layout:
+    """Layout of the bundled catalogue."""
+    return make_layout(catalogue())

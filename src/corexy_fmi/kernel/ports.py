@@ -1,0 +1,167 @@
+"""The ports: where an effect's law meets the stage, and which variables it reads and writes there.
+
+One micro-step runs the ports in the order of this table (`fmu_src/native/stage.c`, `reference.py`).
+A port is evaluated for the places of an effect's location: motors (0, 1), axes (x 0, y 1),
+pulleys (0..9 for pulley 1..10), belt sections (0..11) or the sensor (0).  Each variable maps to the
+array of the stage's state that holds it and an index, where ``i`` is the place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+COMMON = {"now": "now", "step": "step"}  # [s], read by every law
+
+
+@dataclass(frozen=True)
+class Port:
+    """A port: variable name -> (array, index expression); those in ``writes`` may be returned."""
+
+    name: str
+    variables: Mapping[str, tuple[str, str]]
+    writes: frozenset[str]
+    meaning: str
+
+
+def _port(name: str, meaning: str, writes: str, **variables: str) -> Port:
+    """Each variable as ``array`` or ``array:offset`` (the place plus an offset)."""
+    table = {}
+    for key, where in variables.items():
+        array, _, offset = where.partition(":")
+        table[key] = (array, offset or "i")
+    return Port(name, table, frozenset(writes.split()), meaning)
+
+
+_ALL = (
+    _port(
+        "start",
+        "once at a motor, when a run starts: what a memory begins with",
+        "",
+        travel="travel",
+        angle="q:i + 2",
+        command="command",
+    ),
+    _port("start_axis", "the same on an axis", "", position="q"),
+    _port("start_sensor", "the same at the sensor", "", x="reported:0", y="reported:1"),
+    _port(
+        "command",
+        "the commanded motor angle [rad] and rate [rad/s], before the motor",
+        "command rate",
+        command="command",
+        rate="command_rate",
+    ),
+    _port(
+        "transmission",
+        "belt travel [m] of a motor pulley and its slope [m/rad] over the angle",
+        "travel gain",
+        travel="travel",
+        gain="gain",
+        angle="q:i + 2",
+        radius="radius:0",
+    ),
+    _port(
+        "runout",
+        "shift [m] of an idler's rim, which lengthens both neighbouring sections by half of itself,"
+        " and its slope [m/rad] over the idler's angle",
+        "runout runout_slope",
+        runout="runout",
+        runout_slope="runout_slope",
+        angle="q:i + 2",
+    ),
+    _port(
+        "shape",
+        "elongation [m] of a section",
+        "elongation",
+        elongation="elongation",
+        side="side",
+    ),
+    _port(
+        "belt",
+        "stiffness law of a section: stiffness [N/m], its slope over the length [N/m^2], damping"
+        " time [s]",
+        "section_stiffness slope damping_time",
+        section_stiffness="stiffness",
+        slope="slope",
+        damping_time="belt_time",
+        elongation="elongation",
+        length="length",
+        centre_length="length0",
+        belt="belt_sign",
+    ),
+    _port(
+        "contact",
+        "offset [m] of the belt travel against the motor's rotor; pull [N] is the net belt force"
+        " at zero offset, pull_stiffness [N/m] its slope",
+        "offset",
+        offset="offset",
+        pull="pull",
+        pull_stiffness="pull_stiffness",
+        travel="travel",
+        radius="radius:0",
+    ),
+    _port(
+        "tension",
+        "belt tension [N] of a section above its pretension",
+        "tension",
+        tension="tension",
+        section_stiffness="stiffness",
+        elongation="elongation",
+        rate="rate",
+    ),
+    _port(
+        "motor",
+        "torque [N m] and damping [N m s/rad] of a rotor by its field (stepper), and the voltage"
+        " [V] that it gets (dc)",
+        "rotor_torque rotor_damping applied_voltage",
+        rotor_torque="torque",
+        rotor_damping="rotor_damping",
+        applied_voltage="applied",
+        angle="q:i + 2",
+        speed="v:i + 2",
+        command="command",
+        command_rate="command_rate",
+    ),
+    _port(
+        "guide",
+        "Coulomb bound [N], viscous damping [N s/m] and force [N] along an axis; velocity [m/s] in"
+        " the middle of the step, exactly 0 while it sticks",
+        "bound damping applied_force",
+        bound="bound",
+        damping="damping",
+        applied_force="force",
+        position="q",
+        velocity="middle_v",
+        moving_mass="mass",
+    ),
+    _port(
+        "output",
+        "position [m], velocity [m/s] and acceleration [m/s^2] that are reported of an axis",
+        "position velocity acceleration",
+        position="reported",
+        velocity="reported_velocity",
+        acceleration="reported_acceleration",
+    ),
+    _port(
+        "filter",
+        "once after each micro-step: what a sensor's memory makes of reported positions [m] and"
+        " accelerations [m/s^2]",
+        "",
+        x="reported:0",
+        y="reported:1",
+        ax="reported_acceleration:0",
+        ay="reported_acceleration:1",
+    ),
+    _port(
+        "sensor",
+        "what the sensor makes of both axes: positions [m], accelerations [m/s^2]",
+        "x y ax ay",
+        x="reported:0",
+        y="reported:1",
+        ax="reported_acceleration:0",
+        ay="reported_acceleration:1",
+    ),
+    _port("sampling", "how late [s] the sensor's samples are", "lateness", lateness="lateness:0"),
+)
+PORTS = {port.name: port for port in _ALL}
+OBSERVERS = ("output", "sensor", "sampling")  # run whenever somebody looks: they may not remember

@@ -1,0 +1,264 @@
+"""The same step in plain Python: the independent check of the generated C, and slow (say so).
+
+It runs the effects' own functions on floats, on tables it reads itself; nothing of the generator
+or of the C sources is used.  Free-form laws, delays and closed loops are included.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from corexy_fmi.kernel.call import Excitation
+from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, FREE_FORM_SIZE, KNOTS, Layout
+from corexy_fmi.kernel.reference_sensor import Past, history
+from corexy_fmi.kernel.reference_state import Array, ReferenceState
+
+EQUATION_1 = np.array([[0.5, 0.5], [0.5, -0.5]])  # x, y over the motors' travel
+
+
+class ReferenceStage(ReferenceState):
+    """One lane of the stage, stepped."""
+
+    def __init__(self, layout: Layout, vector: Array, fidelity: str, dc: bool) -> None:
+        """``vector`` holds layout.parameters values."""
+        super().__init__(layout, vector, fidelity, dc)
+        self.past = Past(history(layout))
+
+    def begin(
+        self, time: float, angles: tuple[float, float], deflection: tuple[float, float]
+    ) -> None:
+        """Rest at eq. (1) of the angles, displaced by the deflection [m], idlers in equilibrium."""
+        a = self.a
+        self.time = self.now = self.ramp_time = time
+        self.ramp = (np.array(angles), np.zeros(2))
+        self._command(time)
+        a["q"][2:4] = a["command"]
+        a["q"][:2] = EQUATION_1 @ (self.radius * np.array(angles)) + deflection
+        if len(a["q"]) > 4:
+            rows = self.stage.rows(self.radius)
+            k = rows.T @ (a["stiffness0"][:, None] * rows)
+            a["q"][4:] = np.linalg.solve(k[4:, 4:], -k[4:, :4] @ a["q"][:4])
+        self._travel()
+        self.run_port("start")
+        self.run_port("start_axis")
+        if not self.stage.sections:
+            self._place_kinematic()
+        self._report()
+        self.run_port("start_sensor")
+        self._remember()
+
+    def _command(self, time: float) -> None:
+        angles, rates = self.ramp
+        self.a["command"] = angles + rates * (time - self.ramp_time)
+        self.a["command_rate"] = rates.copy()
+        self.run_port("command")
+
+    def _impose(self) -> None:
+        a = self.a
+        a["q"][2:4] = np.where(self.released, a["q"][2:4], a["command"])
+        a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
+
+    def _travel(self) -> None:
+        a = self.a
+        a["travel"], a["gain"] = self.radius * a["q"][2:], np.full(2, self.radius)
+        self.run_port("transmission")
+
+    def _elongation(self) -> None:
+        a = self.a
+        self._travel()
+        a["elongation"] = self.row @ np.concatenate([a["q"][:2], a["travel"]])
+        a["runout"], a["runout_slope"] = np.zeros(10), np.zeros(10)
+        self.run_port("runout")
+        idlers = np.abs(self.row[:, 4:])
+        a["elongation"] += 0.5 * idlers @ a["runout"][2 : 2 + idlers.shape[1]]
+        self.run_port("shape")
+
+    def _stiffness(self) -> None:
+        a, sections = self.a, len(self.stage.sections)
+        a["stiffness"], a["slope"] = a["stiffness0"].copy(), np.zeros(sections)
+        a["belt_time"] = np.full(sections, self.nominal["belt_damping_time"])
+        a["length"] = a["length0"] + self.slopes @ a["q"][:2]
+        self.run_port("belt")
+
+    def _contact(self) -> None:
+        a, weights = self.a, self.row[:, 2:4]
+        a["offset"] = np.zeros(2)
+        a["pull"] = -weights.T @ (a["stiffness"] * a["elongation"])
+        a["pull_stiffness"] = (weights**2).T @ a["stiffness"]
+        self.run_port("contact")
+        a["elongation"] = a["elongation"] + weights @ a["offset"]
+
+    def _tension(self) -> None:
+        a = self.a
+        self._stiffness()
+        self._contact()
+        arm = np.concatenate([a["gain"], np.full(len(a["q"]) - 4, self.radius)])
+        middle = self._middle_velocity()
+        middle[2:4] = np.where(self.released, middle[2:4], a["v"][2:4])
+        a["rate"] = self.row @ np.concatenate([middle[:2], arm * middle[2:]])
+        a["tension"] = a["stiffness"] * (a["elongation"] + a["belt_time"] * a["rate"])
+        self.run_port("tension")
+        a["force"] = -self.row.T @ a["tension"] * np.concatenate([[1, 1], arm])
+        idlers = np.abs(self.row[:, 4:])
+        a["force"][4:] -= (
+            0.5 * a["runout_slope"][2 : 2 + idlers.shape[1]] * (idlers.T @ a["tension"])
+        )
+        a["force"][:2] -= 0.5 * self.slopes.T @ (a["slope"] * a["elongation"] ** 2)
+
+    def _torque(self) -> None:
+        a = self.a
+        a["torque"], a["rotor_damping"] = np.zeros(2), np.zeros(2)
+        a["applied"] = a["voltage"].copy()
+        self.run_port("motor")
+        a["torque"] += self.nominal["motor_torque_gain"] * a["applied"] if self.dc else 0.0
+        a["force"][2:4] += a["torque"]
+
+    def _free_forms(self) -> None:
+        values = [*self.a["v"][:2], *self.a["q"][:4], self.now]
+        sources = dict(zip(FREE_FORM_ARGUMENTS, values, strict=True))
+        for f in range(4):
+            p = self.vector[self.layout.free_form + f * FREE_FORM_SIZE :][:FREE_FORM_SIZE]
+            count = int(p[1])
+            if count:
+                x = sources[FREE_FORM_ARGUMENTS[int(p[0])]]
+                knots, heights = p[2 : 2 + count], p[2 + KNOTS : 2 + KNOTS + count]
+                self.a["force"][f] += np.interp(x, knots, heights)
+
+    def _middle_velocity(self) -> Array:
+        """Velocity in the middle of the coming step; exactly 0 while it sticks."""
+        moving = self.a["v"] != 0
+        return np.where(moving, 1.5 * self.a["v"] - 0.5 * self.a["before"], 0.0)
+
+    def _kick(self) -> None:
+        a, h = self.a, self.step
+        a["bound"], a["damping"] = a["bound0"].copy(), a["damping0"].copy()
+        a["middle_v"] = self._middle_velocity()
+        self.run_port("guide")
+        a["damping"][2:4] += a["rotor_damping"]
+        before, b = a["v"].copy(), 0.5 * h * a["damping"] / a["mass"]
+        push = h / a["mass"] / (1 + b)
+        free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
+        smooth = self.nominal["friction_smoothing"] / np.r_[1, 1, np.full(len(c) - 2, self.radius)]
+        share = np.divide(c, c + smooth, out=np.ones_like(c), where=smooth > 0)
+        a["v"] = free - np.clip(share * free, -c, c)
+        a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
+        a["before"] = before
+        a["before"][2:4] = np.where(self.released, before[2:4], a["v"][2:4])
+        a["acceleration"] = (a["v"] - before)[:2] / h
+
+    def find_forces(self) -> Array:
+        """Generalised forces [N, N m] of belts, motors and laws at the present q and v."""
+        self._elongation()
+        self._tension()
+        self._torque()
+        self._free_forms()
+        return self.a["force"]
+
+    def _move(self) -> None:
+        self._command(self.now)
+        self.a["q"] += 0.5 * self.step * self.a["v"]
+        self._impose()
+        self.find_forces()
+        self._kick()
+        self.a["q"] += 0.5 * self.step * self.a["v"]
+
+    def _follow(self, end: float) -> None:
+        self._command(end)
+        self._impose()
+        a, old = self.a, self.a["offset"]
+        self._place_kinematic()
+        rates = a["gain"] * a["command_rate"] + (a["offset"] - old) / self.step
+        a["v"][:2] = EQUATION_1 @ rates
+
+    def _place_kinematic(self) -> None:
+        a = self.a
+        self._travel()
+        a["offset"], a["pull"], a["pull_stiffness"] = np.zeros(2), np.zeros(2), np.full(2, 1e-300)
+        self.run_port("contact")
+        a["q"][:2] = EQUATION_1 @ (a["travel"][:2] + a["offset"])
+
+    def _micro_step(self, end: float) -> None:
+        self.now = 0.5 * (self.time + end)
+        if self.stage.sections:
+            self._move()
+        else:
+            self._follow(end)
+        self.time = end
+        self._report()
+        self.run_port("filter")
+        self._remember()
+
+    def advance(self, duration: float, limit: float) -> None:
+        """Advance by a duration [s] in equal micro-steps of at most ``limit`` [s]."""
+        start, count = self.time, max(math.ceil(duration / limit - 1e-9), 1)
+        self.step = duration / count
+        for n in range(1, count + 1):
+            self._micro_step(start + duration if n == count else start + n * self.step)
+
+    def _report(self) -> None:
+        a = self.a
+        a["reported"], a["reported_velocity"] = a["q"][:2].copy(), a["v"][:2].copy()
+        a["reported_acceleration"] = a["acceleration"].copy()
+        self.run_port("output")
+
+    def _sense(self) -> Array:
+        self._report()
+        self.run_port("sensor")
+        return np.concatenate([self.a["reported"], self.a["reported_acceleration"]])
+
+    def _remember(self) -> None:
+        self.past.keep(self.time, self._sense())
+
+    def outputs(self) -> dict[str, float]:
+        """x, y, vx, vy, ax, ay as reported, phi1, phi2, x_true, y_true and the voltages now."""
+        a, seen = self.a, self._sense()
+        a["lateness"][:] = 0.0
+        self.run_port("sampling")
+        if a["lateness"][0] > 0:
+            seen = self.past.recall(self.time - a["lateness"][0], self.time, seen)
+        names = ("x", "y", "ax", "ay", "vx", "vy", "phi1", "phi2", "x_true", "y_true", "V1", "V2")
+        values = [*seen, *a["reported_velocity"], *a["q"][2:4], *a["q"][:2], *a["voltage"]]
+        return dict(zip(names, map(float, values), strict=True))
+
+
+def _drive(stage: ReferenceStage, e: Excitation, row: int) -> None:
+    """Hand row's inputs to the stage, until the next row."""
+    inputs, time = np.array([e.input1, e.input2]), e.time
+    last = row + 1 == len(time)
+    slope = np.zeros(2)
+    if not last:
+        slope = (inputs[:, row + 1] - inputs[:, row]) / (time[row + 1] - time[row])
+    given = inputs[:, row]
+    if e.mode == "angles":
+        stage.ramp, stage.ramp_time = (given, slope), float(time[row])
+    elif e.mode == "voltages":
+        stage.a["voltage"] = given.copy()
+    else:
+        error = given - stage.a["q"][2:4]
+        stage.a["voltage"] = e.kp * error + e.kd * (slope - stage.a["v"][2:4])
+
+
+def run_reference(
+    layout: Layout,
+    excitation: Excitation,
+    vector: Array,
+    *,
+    fidelity: str = "full",
+    dc: bool = False,
+    deflection: tuple[float, float] = (0.0, 0.0),
+    limit: float,
+    channels: tuple[str, ...] = ("x", "y"),
+) -> Mapping[str, Array]:
+    """One parameter set through one excitation; ``limit`` is the longest micro-step [s]."""
+    stage, time, rows = ReferenceStage(layout, vector, fidelity, dc), excitation.time, []
+    stage.begin(float(time[0]), excitation.start(), deflection)
+    for n in range(len(time)):
+        _drive(stage, excitation, n)
+        rows.append(stage.outputs())
+        if n + 1 < len(time):
+            stage.advance(float(time[n + 1] - time[n]), limit)
+            stage.time = float(time[n + 1])
+    return {c: np.array([row[c] for row in rows]) for c in channels}

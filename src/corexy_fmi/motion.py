@@ -1,0 +1,173 @@
+"""Motions of the end-effector in time, and the motor angles that command them.
+
+A `Motion` is a path with its timing; `command` samples it into a recording of phi1, phi2 by the
+inverse of eq. (1): phi_1 = (x + y) / r, phi_2 = (x - y) / r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.machine.record import Machine
+from corexy_fmi.profile import Profile, constant_speed, trapezoid
+from corexy_fmi.recording.record import Recording
+
+Array = NDArray[np.float64]
+SAME_INSTANT = 1e-9  # [s] rows nearer than this are one
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Position in time: ``position`` maps times (n,) in s to points (n, 2) in m.
+
+    ``instants`` [s] are the times at which a row must stand: corners and changes of acceleration.
+    """
+
+    duration: float
+    position: Callable[[Array], Array]
+    instants: tuple[float, ...] = ()
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Where it comes to its end [m]."""
+        x, y = self.position(np.array([self.duration]))[0]
+        return float(x), float(y)
+
+
+def rest(point: Sequence[float], duration: float) -> Motion:
+    """Stand still at a point [m] for a time [s]."""
+    place = np.asarray(point, dtype=float)
+    return Motion(duration, lambda time: np.broadcast_to(place, (len(time), 2)))
+
+
+def along(curve: Callable[[Array], Array], length: float, profile: Profile) -> Motion:
+    """Follow a curve, arc length (n,) in m to points (n, 2) in m, with the timing of a profile."""
+    return Motion(profile.duration, lambda time: curve(profile.travel(time)), profile.instants)
+
+
+def line(
+    start: Sequence[float], end: Sequence[float], speed: float, acceleration: float | None = None
+) -> Motion:
+    """A straight move [m] at a speed [m/s]: constant, or a trapezoid from rest to rest [m/s^2]."""
+    origin, target = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    length = float(np.linalg.norm(target - origin))
+    profile = _profile(length, speed, acceleration)
+    share = lambda s: (s / length if length else 0 * s)[:, None]  # noqa: E731
+    return along(lambda s: origin + share(s) * (target - origin), length, profile)
+
+
+def circle(
+    radius: float,
+    speed: float,
+    loops: int = 1,
+    acceleration: float | None = None,
+    centre: Sequence[float] = (0.0, 0.0),
+) -> Motion:
+    """Counter-clockwise circles [m], from the rightmost point, at a path speed [m/s]."""
+    middle, length = np.asarray(centre, dtype=float), 2 * np.pi * radius * loops
+    profile = _profile(length, speed, acceleration)
+
+    def curve(s: Array) -> Array:
+        return middle + radius * np.column_stack([np.cos(s / radius), np.sin(s / radius)])
+
+    return along(curve, length, profile)
+
+
+def chirp(
+    axis: Sequence[float],
+    amplitude: float,
+    frequencies: tuple[float, float],
+    duration: float,
+    centre: Sequence[float] = (0.0, 0.0),
+) -> Motion:
+    """A sine along an axis whose frequency [Hz] sweeps linearly; amplitude [m].
+
+    It fades in and out over one period of the lowest frequency, so that it starts and ends at rest.
+    """
+    first, last = frequencies
+    direction = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    middle, fade = np.asarray(centre, dtype=float), min(1 / min(first, last), duration / 2)
+
+    def position(time: Array) -> Array:
+        phase = 2 * np.pi * (first * time + (last - first) * time**2 / (2 * duration))
+        edge = np.clip(np.minimum(time, duration - time) / fade, 0, 1)
+        swing = amplitude * np.sin(phase) * (1 - np.cos(np.pi * edge)) / 2
+        return middle + swing[:, None] * direction
+
+    return Motion(duration, position)
+
+
+def star(radius: float, points: int, speed: float, acceleration: float | None = None) -> Motion:
+    """From the centre out to each of so many points [m] and back: every direction, both ways."""
+    angles = 2 * np.pi * np.arange(points) / points
+    tips = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    moves = []
+    for tip in tips:
+        moves += [line((0, 0), tip, speed, acceleration), line(tip, (0, 0), speed, acceleration)]
+    return chain(*moves)
+
+
+def chain(*motions: Motion) -> Motion:
+    """One motion after the other; where two meet, a row stands."""
+    starts = np.concatenate([[0.0], np.cumsum([motion.duration for motion in motions])])
+
+    def position(time: Array) -> Array:
+        which = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(motions) - 1)
+        points = np.empty((len(time), 2))
+        for index, motion in enumerate(motions):
+            here = which == index
+            points[here] = motion.position(np.minimum(time[here] - starts[index], motion.duration))
+        return points
+
+    inner = [s + t for s, m in zip(starts, motions, strict=False) for t in m.instants]
+    return Motion(float(starts[-1]), position, tuple(sorted([*inner, *starts[1:-1].tolist()])))
+
+
+def command(
+    motion: Motion, pulley_radius: float, rate: float = 1000.0, name: str = "command"
+) -> Recording:
+    """Sample a motion into phi1, phi2 [rad]: rows at ``rate`` [Hz], and one at each instant."""
+    time = row_times(motion, rate)
+    x, y = motion.position(time).T
+    return Recording(name, time, {"phi1": (x + y) / pulley_radius, "phi2": (x - y) / pulley_radius})
+
+
+def row_times(motion: Motion, rate: float) -> Array:
+    """The grid of ``rate`` [Hz] with the motion's instants and its end, (n,) in s."""
+    grid = np.arange(int(np.floor(motion.duration * rate + SAME_INSTANT)) + 1) / rate
+    marks = np.unique([*motion.instants, motion.duration])
+    marks = marks[np.concatenate([[True], np.diff(marks) > SAME_INSTANT])]
+    near = marks[np.clip(np.searchsorted(marks, grid - SAME_INSTANT), 0, len(marks) - 1)]
+    grid = grid[np.abs(grid - near) > SAME_INSTANT]
+    return np.sort(np.concatenate([grid, marks]))
+
+
+def check_stage(recording: Recording, machine: Machine) -> None:
+    """Raises InputError where the command leaves |x| <= (W - c)/2, |y| <= H/2."""
+    numbers = machine.parameters
+    phi1, phi2, radius = recording["phi1"], recording["phi2"], numbers["pulley_radius"]
+    limits = {
+        "x": (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2,
+        "y": numbers["motor_idler_span"] / 2,
+    }
+    reach = {
+        "x": float(np.nanmax(np.abs(phi1 + phi2))) * radius / 2,
+        "y": float(np.nanmax(np.abs(phi1 - phi2))) * radius / 2,
+    }
+    for axis, limit in limits.items():
+        if reach[axis] > limit * (1 + 1e-12):
+            raise InputError(
+                f"{recording.name}: |{axis}| reaches {reach[axis]:.6g} m and leaves the stage of "
+                f"machine {machine.name!r}, expected at most {limit:.6g} m"
+            )
+
+
+def _profile(length: float, speed: float, acceleration: float | None) -> Profile:
+    if acceleration is None:
+        return constant_speed(length, speed)
+    return trapezoid(length, speed, acceleration)

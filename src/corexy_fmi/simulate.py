@@ -1,0 +1,103 @@
+"""The one way to run a machine's model: a recording's inputs in, its response out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from corexy_fmi.kernel.call import Array, Excitation, run_lanes
+from corexy_fmi.kernel.layout import (
+    FREE_FORM_ARGUMENTS,
+    FREE_FORM_LOCATIONS,
+    FREE_FORM_SIZE,
+    KNOTS,
+    Layout,
+    bundled_layout,
+)
+from corexy_fmi.machine import FreeForm, Machine
+from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.recording import Recording, check_drive, controller, inputs
+
+CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "V1", "V2")
+
+
+def neutral_vector(layout: Layout) -> Array:
+    """Parameter vector of the bare yin2018 machine: every effect at its neutral value."""
+    vector = np.zeros(layout.parameters)
+    vector[: len(NOMINAL)] = [p.default for p in NOMINAL]
+    for instance in layout.instances:
+        values = [p.neutral for p in instance.effect.parameters]
+        vector[instance.parameter : instance.parameter + len(values)] = values
+    return vector
+
+
+def _write_free_form(layout: Layout, vector: Array, law: FreeForm) -> None:
+    first = layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
+    count = len(law.knots)
+    vector[first : first + 2] = FREE_FORM_ARGUMENTS.index(law.argument), count
+    vector[first + 2 : first + 2 + count] = law.knots
+    vector[first + 2 + KNOTS : first + 2 + KNOTS + count] = law.values
+
+
+def machine_vector(machine: Machine, layout: Layout | None = None) -> Array:
+    """The kernel's parameter vector (layout.parameters,) of a machine with its effects."""
+    layout = layout or bundled_layout()
+    vector = neutral_vector(layout)
+    vector[: len(NOMINAL)] = [machine.parameters[p.name] for p in NOMINAL]
+    for use in machine.effects:
+        instance = layout.find(use.name, use.location)
+        for k, parameter in enumerate(instance.effect.parameters):
+            fallback = parameter.neutral if parameter.default is None else parameter.default
+            vector[instance.parameter + k] = use.parameters.get(parameter.name, fallback)
+    for law in machine.free_forms:
+        _write_free_form(layout, vector, law)
+    return vector
+
+
+def _first_angles(machine: Machine, recording: Recording) -> tuple[float, float]:
+    """dc without references: the first encoder values, else eq. (1) of the first x, y, else 0."""
+    channels = recording.channels
+    for names in (("phi1_meas", "phi2_meas"), ("x", "y")):
+        if all(n in channels and np.isfinite(channels[n]).any() for n in names):
+            a, b = (float(channels[n][np.isfinite(channels[n])][0]) for n in names)
+            radius = machine.parameters["pulley_radius"]
+            return (a, b) if names[0] != "x" else ((a + b) / radius, (a - b) / radius)
+    return 0.0, 0.0
+
+
+def excitation(machine: Machine, recording: Recording) -> Excitation:
+    """What drives a recording: angles, voltages, or references with the loop of its metadata."""
+    check_drive(recording, machine)
+    given = inputs(recording)
+    if machine.drive == "stepper":
+        return Excitation(recording.time, given["phi1"], given["phi2"])
+    loop = (controller(recording) or machine.controller) if "phi1" in given else None
+    if loop is not None:
+        return Excitation(
+            recording.time, given["phi1"], given["phi2"], "closed_loop", loop.kp, loop.kd
+        )
+    first = _first_angles(machine, recording)
+    return Excitation(recording.time, given["V1"], given["V2"], "voltages", first_angles=first)
+
+
+def simulate(machine: Machine, recording: Recording, layout: Layout | None = None) -> Recording:
+    """Replay a recording's inputs on a machine; the response has the recording's rows.
+
+    Stepper machines are driven by phi1, phi2; dc machines by V1, V2, or in closed loop where the
+    recording names its controller and holds references.  ``layout`` is needed for effects that are
+    not bundled.
+    """
+    drive = excitation(machine, recording)
+    layout = layout or bundled_layout()
+    vector, dc = machine_vector(machine, layout), machine.drive == "dc"
+    out = run_lanes(
+        layout, drive, vector[None], fidelity=machine.fidelity, dc=dc, channels=CHANNELS
+    )[0]
+    response = dict(zip(CHANNELS, out, strict=True))
+    angles = {"phi1_meas": response.pop("phi1"), "phi2_meas": response.pop("phi2")}
+    volts = {n: response.pop(n) for n in ("V1", "V2")}
+    given = {n: v for n, v in recording.channels.items() if n in ("phi1", "phi2", "V1", "V2")}
+    if drive.mode == "closed_loop":
+        given |= volts
+    return Recording(
+        recording.name, recording.time, given | response | angles, dict(recording.metadata)
+    )

@@ -1,0 +1,72 @@
+"""A stage is a table: what moves, which belt sections join it, and the constants of both.
+
+T = sum m_i q_i'^2 / 2, V = sum k_s e_s^2 / 2 with the elongation e_s = row_s . u, where u holds
+x, y [m] and the belt travel r phi_i [m] of every pulley (Yin et al. 2018, eqs (4), (6), (7)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+X, Y, FIRST_PULLEY = 0, 1, 2  # places in q: x, y, then phi_1 ..
+
+
+@dataclass(frozen=True)
+class Section:
+    """One belt section: its elongation's row, tension positive, and how its length moves.
+
+    ``row`` maps coordinates ("x", "y", "phi3") to signed weights on [m] of travel; ``length`` gives
+    the change of the section's length over x and y; ``side`` is -1 at the bridge's left end, +1 at
+    its right end, 0 elsewhere.
+    """
+
+    name: str
+    belt: int
+    row: Mapping[str, int]
+    length_slope: tuple[int, int] = (0, 0)
+    side: int = 0
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Values that follow from the machine's parameters; each a scalar, array or SymPy expression.
+
+    mass [kg or kg m^2], viscous [N s/m or N m s/rad] and coulomb [N or N m] for each coordinate;
+    stiffness [N/m] and length [m] at the centre for each section.
+    """
+
+    mass: tuple[Any, ...]
+    viscous: tuple[Any, ...]
+    coulomb: tuple[Any, ...]
+    stiffness: tuple[Any, ...]
+    length: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A topology: names of the coordinates, the sections, and the constants' equations.
+
+    ``constants(parameters, dc)`` takes the nominal parameters by name and ``dc`` (1 with a dc
+    drive, else 0).
+    """
+
+    name: str
+    coordinates: tuple[str, ...]
+    sections: tuple[Section, ...]
+    constants: Callable[[Mapping[str, Any], Any], Constants]
+
+    def rows(self, radius: float) -> np.ndarray:
+        """Elongation [m] of each section for a unit of each coordinate, (sections, coordinates)."""
+        scale = [1.0 if c in "xy" else radius for c in self.coordinates]
+        weights = [[s.row.get(c, 0) for c in self.coordinates] for s in self.sections]
+        return np.array(weights, dtype=float).reshape(-1, len(self.coordinates)) * scale
+
+    def stiffness_matrix(self, parameters: Mapping[str, float], dc: bool = False) -> np.ndarray:
+        """Second derivative of V [N/m, N/rad, N m/rad], symmetric by construction."""
+        rows = self.rows(parameters["pulley_radius"])
+        k = np.array(self.constants(parameters, float(dc)).stiffness, dtype=float)
+        return rows.T @ (k[:, None] * rows)
