@@ -1,0 +1,271 @@
+/* One micro-step of a belt stage: leap-frog with set-valued Coulomb friction in closed form.
+ *
+ *   q += h/2 v;  v* = [v (1 - h d/2m) + h Q/m] / (1 + h d/2m);  v = v* - clamp(v*, -c, c);  q += h/2 v
+ *
+ * It sticks exactly, second order in smooth motion.  Hooks of the active effects run port by port;
+ * with none active nothing of them is evaluated.  The step is compiled once for each topology, so
+ * that all its loops have constant lengths. */
+#include "stage.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define EACH for (int l = 0; l < LANES; l++)
+#define INLINE static inline __attribute__((always_inline))
+
+#include "stage_math.h"
+
+/* what is left of a speed beyond the bound c: set-valued friction in closed form; a share below 1
+ * is Coulomb friction that grows linearly up to a small speed s, c / (c + s), implicitly */
+INLINE double slide(double v, double c, double share) { return v - larger(smaller(share * v, c), -c); }
+INLINE double grip_share(double c, double s) { return s > 0 ? c / (c + s) : 1.0; }
+INLINE double kicked(double v, double keep, double push, double force, double slip, double share)
+{
+    return slide(keep * v + push * force, slip, share);
+}
+INLINE double drifted(double q, double v, double half) { return q + half * v; }
+
+/* velocity in the middle of the coming step; exactly 0 while it sticks */
+INLINE double middle_velocity(const stage *s, int i, int l)
+{
+    return s->v[i][l] != 0 ? 1.5 * s->v[i][l] - 0.5 * s->before[i][l] : 0.0;
+}
+
+#include "stage_generated.h"
+
+typedef const struct topology table;
+static const double NO_STIFFNESS = 1e-300; /* [N/m] */
+
+static void run_port(stage *s, int port)
+{
+    for (int n = 0; n < s->active_count[port]; n++) {
+        const struct call *c = &CALLS[s->active[port][n]];
+        c->law(s, c->parameter, c->memory, c->place);
+    }
+}
+
+INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; }
+
+#include "stage_free_form.h"
+#include "stage_belt.h"
+#include "stage_sense.h"
+
+/* what the kick needs of damping and mass, for steps of length h; rows differ by rounding alone */
+static void set_kick(stage *s, double h)
+{
+    if (fabs(h - s->kick_step) <= 1e-12 * h) return;
+    s->kick_step = h;
+    for (int i = 0; i < s->coordinates; i++)
+        EACH {
+            const double b = h * s->half_rate[i][l], share = 1.0 / (1.0 + b);
+            s->keep[i][l] = (1.0 - b) * share;
+            s->push[i][l] = h * s->inverse_mass[i][l] * share;
+            s->slip[i][l] = s->push[i][l] * s->bound0[i][l];
+            s->grip[i][l] = grip_share(s->slip[i][l], s->smoothing[i][l]);
+        }
+}
+
+static void set_command(stage *s, double time)
+{
+    for (int i = 0; i < 2; i++) {
+        const double angle = s->input[i] + s->input_rate[i] * (time - s->input_time);
+        EACH {
+            s->command[i][l] = angle;
+            s->command_rate[i][l] = s->input_rate[i];
+        }
+    }
+    run_port(s, PORT_COMMAND);
+}
+
+INLINE void drift(stage *s, table *t, double half)
+{
+    for (int i = 0; i < t->coordinates; i++)
+        EACH s->q[i][l] = drifted(s->q[i][l], s->v[i][l], half);
+}
+
+/* motors that are not released take their command */
+INLINE void impose_command(stage *s)
+{
+    for (int i = 0; i < 2; i++)
+        EACH {
+            s->q[2 + i][l] = s->released[i][l] > 0 ? s->q[2 + i][l] : s->command[i][l];
+            s->v[2 + i][l] = s->released[i][l] > 0 ? s->v[2 + i][l] : s->command_rate[i][l];
+        }
+}
+
+static void find_motor_torque(stage *s)
+{
+    const lane *gain = (const lane *)&s->parameter[PARAMETER_MOTOR_TORQUE_GAIN];
+    for (int i = 0; i < 2; i++)
+        EACH { s->torque[i][l] = 0; s->rotor_damping[i][l] = 0; s->applied[i][l] = s->voltage[i][l]; }
+    run_port(s, PORT_MOTOR);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            s->torque[i][l] += s->drive == DC ? gain[0][l] * s->applied[i][l] : 0.0;
+            s->force[2 + i][l] += s->torque[i][l];
+        }
+}
+
+/* the kick with the constants of set_kick */
+INLINE double kicked_free(const stage *s, int i, int l)
+{
+    const double v = s->v[i][l], force = s->force[i][l];
+    return kicked(v, s->keep[i][l], s->push[i][l], force, s->slip[i][l], s->grip[i][l]);
+}
+
+/* the kick of a coordinate whose damping and bound are not the constants of set_kick */
+INLINE double kicked_by(const stage *s, int i, int l, double damping, double bound)
+{
+    const double inverse = s->inverse_mass[i][l], h = s->kick_step;
+    const double b = h * (0.5 * damping * inverse), share = 1.0 / (1.0 + b);
+    const double push = h * inverse * share;
+    const double slip = push * larger(bound, 0.0);
+    const double grip = grip_share(slip, s->smoothing[i][l]);
+    return kicked(s->v[i][l], (1.0 - b) * share, push, s->force[i][l], slip, grip);
+}
+
+/* an axis whose friction or force a law changes */
+static void kick_guides(stage *s, double half)
+{
+    for (int i = 0; i < 2; i++)
+        EACH {
+            s->bound[i][l] = s->bound0[i][l];
+            s->damping[i][l] = s->damping0[i][l];
+            s->middle_v[i][l] = middle_velocity(s, i, l);
+            s->before[i][l] = s->v[i][l];
+        }
+    run_port(s, PORT_GUIDE);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double v = kicked_by(s, i, l, s->damping[i][l], s->bound[i][l]);
+            s->v[i][l] = v;
+            s->q[i][l] = drifted(s->q[i][l], v, half);
+        }
+}
+
+/* coordinates whose friction no law changes */
+INLINE void kick_free(stage *s, int first, int end, double half)
+{
+    for (int i = first; i < end; i++)
+        EACH {
+            const double v = kicked_free(s, i, l);
+            s->before[i][l] = s->v[i][l];
+            s->v[i][l] = v;
+            s->q[i][l] = drifted(s->q[i][l], v, half);
+        }
+}
+
+/* a motor follows its command where it is not released */
+INLINE void turn_motor(stage *s, int i, int l, double free, double half)
+{
+    const int released = s->released[i - 2][l] > 0;
+    const double v = released ? free : s->command_rate[i - 2][l];
+    s->before[i][l] = released ? s->v[i][l] : v;
+    s->v[i][l] = v;
+    s->q[i][l] = drifted(s->q[i][l], v, half);
+}
+
+INLINE void kick_motors(stage *s, double half)
+{
+    if (hooked(s, PORT_MOTOR))
+        for (int i = 2; i < 4; i++)
+            EACH {
+                const double damping = s->damping0[i][l] + s->rotor_damping[i - 2][l];
+                turn_motor(s, i, l, kicked_by(s, i, l, damping, s->bound0[i][l]), half);
+            }
+    else
+        for (int i = 2; i < 4; i++)
+            EACH turn_motor(s, i, l, kicked_free(s, i, l), half);
+}
+
+/* positions in the middle of the step and belt forces; the idlers' whole step */
+INLINE void find_forces(stage *s, table *t)
+{
+    const double half = 0.5 * s->step;
+    drift(s, t, half);
+    impose_command(s);
+    find_elongation(s, t);
+    find_tension(s, t);
+    t->collect(s);
+    if (hooked(s, PORT_RUNOUT)) t->collect_runout(s);
+    kick_free(s, 4, t->coordinates, half);
+}
+
+INLINE void move(stage *s, table *t)
+{
+    set_command(s, s->now);
+    if (s->belt_hooks) find_forces(s, t);
+    else t->find_forces(s); /* the same operations in the same order, in registers */
+    if (s->has_torque_hooks) find_motor_torque(s);
+    if (s->has_free_form) add_free_forms(s);
+    if (hooked(s, PORT_GUIDE)) kick_guides(s, 0.5 * s->step);
+    else kick_free(s, 0, 2, 0.5 * s->step);
+    kick_motors(s, 0.5 * s->step);
+}
+
+/* eq. (1) in place of dynamics; play follows as if the belts pulled at nothing */
+static void place_kinematic(stage *s)
+{
+    find_travel(s, &TOPOLOGIES[KINEMATIC]);
+    for (int i = 0; i < 2; i++)
+        EACH { s->offset[i][l] = 0; s->pull[i][l] = 0; s->pull_stiffness[i][l] = NO_STIFFNESS; }
+    run_port(s, PORT_CONTACT);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double sign = i ? -1.0 : 1.0;
+            const double first = s->travel[0][l] + s->offset[0][l];
+            s->q[i][l] = 0.5 * (first + sign * (s->travel[1][l] + s->offset[1][l]));
+        }
+}
+
+static void follow(stage *s, double end)
+{
+    lane old[2];
+    set_command(s, end);
+    impose_command(s);
+    memcpy(old, s->offset, sizeof old);
+    place_kinematic(s);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double seated = (s->offset[i][l] - old[i][l]) / s->step;
+            s->travel_rate[i][l] = s->gain[i][l] * s->command_rate[i][l] + seated;
+        }
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double sign = i ? -1.0 : 1.0;
+            s->v[i][l] = 0.5 * (s->travel_rate[0][l] + sign * s->travel_rate[1][l]);
+            s->before[i][l] = s->v[i][l];
+        }
+}
+
+static void micro_step(stage *s, double end)
+{
+    s->now = 0.5 * (s->time + end);
+    switch (s->topology) {
+    case FULL: move(s, &TOPOLOGIES[FULL]); break;
+    case REDUCED: move(s, &TOPOLOGIES[REDUCED]); break;
+    default: follow(s, end);
+    }
+    s->time = end;
+    if (hooked(s, PORT_FILTER)) {
+        find_report(s);
+        run_port(s, PORT_FILTER);
+    }
+    if (s->has_history) {
+        sense(s);
+        remember(s);
+    }
+}
+
+void stage_advance(stage *s, double duration, double limit)
+{
+    const double start = s->time;
+    const int64_t count = (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
+    s->step = duration / (double)count;
+    set_kick(s, s->step);
+    for (int64_t n = 1; n <= count; n++)
+        micro_step(s, n == count ? start + duration : start + (double)n * s->step);
+}
+
+#include "stage_begin.h"

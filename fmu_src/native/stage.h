@@ -1,0 +1,81 @@
+/* The stage: state, parameters and step of a Core-XY model, for LANES parameter sets in lock-step.
+ *
+ * Everything that changes lives in one flat struct without pointers, so that saving the state is a
+ * memcpy.  The equations of topology and effects are generated (stage_generated.h).  With more than
+ * one lane the struct must lie at a multiple of sizeof(lane), so that a lane is one vector. */
+#ifndef COREXY_STAGE_H
+#define COREXY_STAGE_H
+
+#include "stage_sizes.h"
+
+#ifndef LANES
+#define LANES 1
+#endif
+
+enum { RING = 512, FREE_FORMS = 4, KNOTS = 24, FREE_FORM_SIZE = 2 + 2 * KNOTS };
+enum { STEPPER = 0, DC = 1 };
+enum { FULL = 0, REDUCED = 1, KINEMATIC = 2 };
+enum { OUT_X, OUT_Y, OUT_VX, OUT_VY, OUT_AX, OUT_AY, OUT_PHI1, OUT_PHI2, OUT_X_TRUE, OUT_Y_TRUE,
+       OUT_OMEGA1, OUT_OMEGA2, OUT_TORQUE1, OUT_TORQUE2, OUT_V1, OUT_V2, OUT_TENSION,
+       OUT_COUNT = OUT_TENSION + SECTIONS };
+
+typedef double lane[LANES] __attribute__((aligned(8 * LANES)));
+
+typedef struct {
+    int topology, drive, coordinates, sections, pulleys;
+    int active_count[PORT_COUNT];
+    short active[PORT_COUNT][CALL_COUNT];
+    int has_free_form, has_belt_damping, has_history, has_torque_hooks, belt_hooks;
+    double now, step;            /* middle of the running micro-step [s], its length [s] */
+    double time;                 /* [s] of the state below */
+    double input[2], input_rate[2], input_time; /* commanded angles, ramping from input_time */
+    lane parameter[PARAMETER_COUNT];
+    lane memory[MEMORY_COUNT + 1];
+    /* constants that follow from the parameters */
+    lane radius[1], damping_time[1];
+    lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
+    lane smoothing[COORDINATES]; /* speed below which Coulomb friction fades [m/s, rad/s] */
+    lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
+    lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
+    double belt_sign[SECTIONS], side[SECTIONS];
+    double kick_step;            /* [s] that the next line is for; 0: none */
+    lane keep[COORDINATES], push[COORDINATES], slip[COORDINATES], grip[COORDINATES];
+    /* state */
+    lane q[COORDINATES], v[COORDINATES], before[COORDINATES]; /* before: v one micro-step ago */
+    /* working variables of a micro-step */
+    lane command[2], command_rate[2], voltage[2], applied[2], torque[2], rotor_damping[2];
+    lane travel[PULLEYS], travel_rate[PULLEYS], gain[2], runout[PULLEYS], runout_slope[PULLEYS];
+    lane elongation[SECTIONS], rate[SECTIONS], tension[SECTIONS];
+    lane stiffness[SECTIONS], slope[SECTIONS], belt_time[SECTIONS], length[SECTIONS];
+    lane offset[2], pull[2], pull_stiffness[2];
+    lane force[COORDINATES], bound[2], damping[2], middle_v[COORDINATES];
+    lane reported[2], reported_velocity[2], reported_acceleration[2], reported_torque[2];
+    lane lateness[1];
+    /* what the sensor saw, for samples that come late */
+    int ring_head, ring_count;
+    double ring_time[RING];
+    lane ring[RING][4];
+} stage;
+
+/* begin a run at rest: parameters are set, inputs hold the first angles [rad], deflection [m] */
+void stage_begin(stage *s, double time, const double *angles, const lane *deflection);
+
+/* advance by duration [s] in micro-steps no longer than limit [s] */
+void stage_advance(stage *s, double duration, double limit);
+
+/* longest micro-step [s] that resolves the fastest pole of every lane, after stage_begin */
+double stage_step_limit(const stage *s);
+
+/* find what the sensor reports of the present state; stage_output is valid until the next step */
+void stage_report(stage *s);
+
+/* one output, OUT_X .., of the last report */
+const lane *stage_output(const stage *s, int which);
+
+/* report, and all outputs at the present state: out[OUT_COUNT] */
+void stage_outputs(stage *s, lane *out);
+
+/* the constants that follow from s->parameter, topology and drive; lists the active effects */
+void stage_derive(stage *s);
+
+#endif

@@ -1,0 +1,226 @@
+/* The begin of a run: constants, active effects, the idlers' rest, the step.  Part of stage.c. */
+
+static int differs(const stage *s, const struct instance *e)
+{
+    EACH
+        if (s->parameter[e->parameter + e->size][l] != e->neutral) return 1;
+    return 0;
+}
+
+static int place_exists(const stage *s, const struct call *c)
+{
+    if (c->port == PORT_SHAPE || c->port == PORT_BELT || c->port == PORT_TENSION)
+        return c->place < s->sections;
+    if (c->port == PORT_RUNOUT) return c->place < s->pulleys;
+    return 1;
+}
+
+static void list_active(stage *s)
+{
+    memset(s->active_count, 0, sizeof s->active_count);
+    s->has_history = 0;
+    for (int n = 0; n < CALL_COUNT; n++) {
+        const struct call *c = &CALLS[n];
+        const struct instance *e = &INSTANCES[c->instance];
+        if (!differs(s, e) || !place_exists(s, c)) continue;
+        if (!(e->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
+        s->active[c->port][s->active_count[c->port]++] = (short)n;
+        s->has_history |= e->history;
+        if (e->frees_rotor)
+            EACH
+                if (s->parameter[e->parameter + e->size][l] != e->neutral) s->released[c->place][l] = 1;
+    }
+}
+
+static void derive_constants(stage *s, table *t)
+{
+    t->derive(s);
+    for (int i = 0; i < t->coordinates; i++)
+        EACH {
+            s->inverse_mass[i][l] = 1.0 / s->mass[i][l];
+            s->half_rate[i][l] = 0.5 * s->damping0[i][l] * s->inverse_mass[i][l];
+        }
+    for (int i = 0; i < t->sections; i++) {
+        s->belt_sign[i] = t->belt_sign[i];
+        s->side[i] = t->side[i];
+        EACH s->belt_time[i][l] = s->damping_time[0][l];
+    }
+    memcpy(s->stiffness, s->stiffness0, sizeof s->stiffness);
+    for (int i = 0; i < 2; i++)
+        EACH { s->gain[i][l] = s->radius[0][l]; s->released[i][l] = s->drive == DC; }
+}
+
+void stage_derive(stage *s)
+{
+    table *t = &TOPOLOGIES[s->topology];
+    s->coordinates = t->coordinates;
+    s->sections = t->sections;
+    s->pulleys = t->coordinates - 2;
+    s->kick_step = 0;
+    s->has_belt_damping = s->has_free_form = 0;
+    derive_constants(s, t);
+    EACH {
+        s->has_belt_damping |= s->damping_time[0][l] > 0;
+        for (int f = 0; f < FREE_FORMS; f++)
+            s->has_free_form |= s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE + 1][l] > 0;
+    }
+    list_active(s);
+    s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR);
+    s->belt_hooks = s->has_belt_damping;
+    for (int port = PORT_TRANSMISSION; port <= PORT_TENSION; port++) s->belt_hooks |= hooked(s, port);
+}
+
+/* dense Gauss elimination of n unknowns; a is n by n + 1, destroyed */
+static void solve(int n, double a[COORDINATES][COORDINATES + 1])
+{
+    for (int i = 0; i < n; i++)
+        for (int r = 0; r < n; r++) {
+            if (r == i) continue;
+            const double f = a[r][i] / a[i][i];
+            for (int c = i; c <= n; c++) a[r][c] -= f * a[i][c];
+        }
+}
+
+static void section_row(const stage *s, int section, int l, double *row)
+{
+    for (int i = 0; i < s->coordinates; i++)
+        row[i] = TOPOLOGIES[s->topology].weight[section][i] * (i < 2 ? 1.0 : s->radius[0][l]);
+}
+
+/* idlers in static equilibrium between the carriage and the motors, friction apart */
+static void settle(stage *s)
+{
+    const int idlers = s->coordinates - 4;
+    if (idlers < 1) return;
+    EACH {
+        double a[COORDINATES][COORDINATES + 1] = {{0}}, row[COORDINATES];
+        for (int n = 0; n < s->sections; n++) {
+            section_row(s, n, l, row);
+            double fixed = 0;
+            for (int i = 0; i < 4; i++) fixed += row[i] * s->q[i][l];
+            for (int i = 0; i < idlers; i++) {
+                for (int j = 0; j < idlers; j++) a[i][j] += s->stiffness0[n][l] * row[4 + i] * row[4 + j];
+                a[i][idlers] -= s->stiffness0[n][l] * row[4 + i] * fixed;
+            }
+        }
+        solve(idlers, a);
+        for (int i = 0; i < idlers; i++) s->q[4 + i][l] = a[i][idlers] / a[i][i];
+    }
+}
+
+/* positions at rest: eq. (1) of the angles and the deflection */
+static void place_at(stage *s, double time, const double *angles, const lane *deflection)
+{
+    s->time = s->now = s->input_time = time;
+    for (int i = 0; i < 2; i++) { s->input[i] = angles[i]; s->input_rate[i] = 0; }
+    set_command(s, time);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            s->q[2 + i][l] = s->command[i][l];
+            const double angle = angles[0] + (i ? -1.0 : 1.0) * angles[1];
+            s->q[i][l] = 0.5 * s->radius[0][l] * angle + deflection[i][l];
+        }
+    settle(s);
+}
+
+/* belt laws where sections that change are a quarter of their length: what the step must bear */
+static void find_stiffest(stage *s, table *t)
+{
+    if (hooked(s, PORT_BELT)) {
+        find_stiffness(s, t);
+        for (int i = 0; i < t->sections; i++)
+            EACH s->length[i][l] = 0.25 * s->length0[i][l];
+        memcpy(s->stiffness, s->stiffness0, sizeof s->stiffness);
+        run_port(s, PORT_BELT);
+    }
+    memcpy(s->stiffest, s->stiffness, sizeof s->stiffest);
+}
+
+void stage_begin(stage *s, double time, const double *angles, const lane *deflection)
+{
+    table *t = &TOPOLOGIES[s->topology];
+    stage_derive(s);
+    memset(s->q, 0, sizeof s->q);
+    memset(s->v, 0, sizeof s->v);
+    memset(s->before, 0, sizeof s->before);
+    memset(s->memory, 0, sizeof s->memory);
+    memset(s->offset, 0, sizeof s->offset);
+    memset(s->voltage, 0, sizeof s->voltage);
+    memset(s->torque, 0, sizeof s->torque);
+    memset(s->rotor_damping, 0, sizeof s->rotor_damping);
+    memset(s->force, 0, sizeof s->force);
+    memset(s->tension, 0, sizeof s->tension);
+    s->ring_head = s->ring_count = 0;
+    s->step = 1;
+    place_at(s, time, angles, deflection);
+    find_travel(s, t);
+    run_port(s, PORT_START);
+    run_port(s, PORT_START_AXIS);
+    if (s->topology == KINEMATIC) place_kinematic(s);
+    else {
+        find_elongation(s, t);
+        find_stiffest(s, t);
+    }
+    find_report(s);
+    run_port(s, PORT_START_SENSOR);
+    if (s->has_history) { sense(s); remember(s); }
+}
+
+/* the longest step */
+
+static int imposed(const stage *s, int i, int l)
+{
+    return (i == 2 || i == 3) && !(s->released[i - 2][l] > 0);
+}
+
+/* Gershgorin's bound of the fastest natural frequency, squared */
+static double fastest_square(const stage *s, int l)
+{
+    double k[COORDINATES][COORDINATES] = {{0}}, row[COORDINATES], worst = 1.0;
+    for (int n = 0; n < s->sections; n++) {
+        section_row(s, n, l, row);
+        for (int i = 0; i < s->coordinates; i++)
+            for (int j = 0; j < s->coordinates; j++)
+                k[i][j] += s->stiffest[n][l] * fabs(row[i] * row[j]);
+    }
+    for (int i = 0; i < s->coordinates; i++) {
+        double sum = 0;
+        if (imposed(s, i, l)) continue;
+        for (int j = 0; j < s->coordinates; j++)
+            if (!imposed(s, j, l)) sum += k[i][j] / sqrt(s->mass[i][l] * s->mass[j][l]);
+        worst = larger(worst, sum);
+    }
+    return worst;
+}
+
+/* a belt damped by t seconds turns a frequency w into a pole of t w^2; viscous friction is stepped
+ * implicitly and may be three times faster than the step resolves */
+static double fastest_pole(const stage *s, int l)
+{
+    const double square = fastest_square(s, l);
+    double time = 0.0, pole = 0.0;
+    for (int i = 0; i < s->sections; i++) time = larger(time, s->belt_time[i][l]);
+    for (int i = 0; i < s->coordinates; i++)
+        if (!imposed(s, i, l)) pole = larger(pole, 2.0 * s->half_rate[i][l] * STEP_RESOLUTION / 3.0);
+    pole = larger(pole, time * square);
+    return larger(square, pole * pole);
+}
+
+/* sticking and slipping is first order: lightly damped idlers do it often and take the short step */
+static double longest(const stage *s, int l)
+{
+    double rate = s->coordinates > 4 ? STEP_CALM : 0.0;
+    for (int i = 4; i < s->coordinates; i++) rate = smaller(rate, 2.0 * s->half_rate[i][l]);
+    return STEP_LONGEST * (1.0 + 2.0 * rate / STEP_CALM);
+}
+
+double stage_step_limit(const stage *s)
+{
+    double limit = 1.0;
+    if (s->topology == KINEMATIC) return limit;
+    EACH {
+        const double square = larger(fastest_pole(s, l), fastest_effect(s, l));
+        limit = smaller(limit, smaller(STEP_RESOLUTION / sqrt(square), longest(s, l)));
+    }
+    return limit;
+}

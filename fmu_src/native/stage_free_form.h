@@ -1,0 +1,38 @@
+/* Free-form laws: piecewise linear forces on an axis or torques on a motor.  Part of stage.c. */
+
+static const lane *free_form_argument(const stage *s, int kind)
+{
+    switch (kind) {
+    case ARGUMENT_VX: return &s->v[0];
+    case ARGUMENT_VY: return &s->v[1];
+    case ARGUMENT_X: return &s->q[0];
+    case ARGUMENT_Y: return &s->q[1];
+    case ARGUMENT_PHI1: return &s->q[2];
+    case ARGUMENT_PHI2: return &s->q[3];
+    default: return 0; /* time */
+    }
+}
+
+static double interpolate(const lane *knots, const lane *values, int count, double x, int l)
+{
+    int i = 0;
+    if (x <= knots[0][l]) return values[0][l];
+    while (i < count - 1 && x > knots[i + 1][l]) i++;
+    if (i >= count - 1) return values[count - 1][l];
+    return values[i][l]
+        + (values[i + 1][l] - values[i][l]) * (x - knots[i][l]) / (knots[i + 1][l] - knots[i][l]);
+}
+
+static void add_free_forms(stage *s)
+{
+    for (int f = 0; f < FREE_FORMS; f++) {
+        const lane *p = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
+        EACH {
+            const int count = (int)p[1][l], kind = (int)p[0][l];
+            if (count < 1) continue;
+            const lane *argument = free_form_argument(s, kind);
+            const double x = argument ? (*argument)[l] : s->now;
+            s->force[f][l] += interpolate(p + 2, p + 2 + KNOTS, count, x, l);
+        }
+    }
+}

@@ -1,0 +1,139 @@
+"""The one table of the FMU's variables: modelDescription.xml, the C table and the docs follow it.
+
+A variable's value reference is its place in the table.  The parameters that the kernel reads stand
+together, in the order of its parameter vector (`corexy_fmi.kernel.layout`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, replace
+from uuid import UUID
+
+from corexy_fmi.effects.api import Parameter
+from corexy_fmi.fmu.variable import (
+    AT_REST,
+    ENUMERATIONS,
+    Variable,
+    choice_variables,
+    input_variables,
+    output_variables,
+)
+from corexy_fmi.kernel.layout import (
+    FREE_FORM_ARGUMENTS,
+    FREE_FORM_LOCATIONS,
+    FREE_FORM_SIZE,
+    KNOTS,
+    Instance,
+    Layout,
+)
+from corexy_fmi.machine import Machine
+from corexy_fmi.machine.check import DRIVES, FIDELITIES
+from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.simulate import machine_vector, neutral_vector
+
+__all__ = [
+    "AT_REST",
+    "ENUMERATIONS",
+    "Variable",
+    "interface_guid",
+    "machine_table",
+    "variable_table",
+]
+LARGEST_KNOT, LARGEST_VALUE = 1e9, 1e6
+
+
+def variable_table(layout: Layout) -> tuple[Variable, ...]:
+    """All variables; parameters start with the bare yin2018 machine, every effect neutral."""
+    table = [Variable("time", "simulation time", "time", 0, unit="s")]
+    table += [*input_variables(), *output_variables(), *choice_variables(), *_nominal()]
+    for instance in layout.instances:
+        table += _effect(instance)
+    for i, location in enumerate(FREE_FORM_LOCATIONS):
+        table += _free_form(location, layout.free_form + i * FREE_FORM_SIZE)
+    return _with_start(table, neutral_vector(layout).tolist(), (0, 0))
+
+
+def machine_table(machine: Machine, layout: Layout) -> tuple[Variable, ...]:
+    """The table with the start values of a machine."""
+    choices = DRIVES.index(machine.drive), FIDELITIES.index(machine.fidelity)
+    vector = machine_vector(machine, layout).tolist()
+    return _with_start(variable_table(layout), vector, choices)
+
+
+def interface_guid(table: Sequence[Variable], model_identifier: str) -> str:
+    """GUID of an interface: a hash of everything but the start values."""
+    told = [astuple(replace(v, start=None)) for v in table]
+    digest = hashlib.sha256(repr([model_identifier, ENUMERATIONS, told]).encode()).digest()
+    return f"{{{UUID(bytes=digest[:16])}}}"
+
+
+def _with_start(
+    table: Sequence[Variable], vector: Sequence[float], choices: tuple[int, int]
+) -> tuple[Variable, ...]:
+    """Start values from the kernel's vector; drive and fidelity count from 0."""
+
+    def start(variable: Variable) -> float | None:
+        if variable.role == "choice":
+            return choices[variable.place] + 1
+        if variable.role != "parameter":
+            return variable.start
+        return float(vector[variable.place]) + (variable.kind in ENUMERATIONS)
+
+    return tuple(replace(v, start=start(v)) for v in table)
+
+
+def _nominal() -> Iterator[Variable]:
+    for place, p in enumerate(NOMINAL):
+        meaning = f"{p.symbol}: {p.meaning}"
+        yield Variable(
+            p.fmu_name, meaning, "parameter", place, unit=p.unit, lower=p.lower, upper=p.upper
+        )
+
+
+def _effect(instance: Instance) -> Iterator[Variable]:
+    for k, p in enumerate(instance.effect.parameters):
+        yield Variable(
+            f"effects.{instance.effect.name}.{instance.location}.{p.name}",
+            _meaning(instance, p),
+            "parameter",
+            instance.parameter + k,
+            unit=p.unit,
+            lower=p.lower,
+            upper=p.upper,
+            neutral=p.neutral,
+        )
+
+
+def _meaning(instance: Instance, parameter: Parameter) -> str:
+    text = f"{instance.effect.summary}, {instance.location}: {parameter.meaning}"
+    return f"{text} ({parameter.neutral:g}: no effect)" if parameter.size else text
+
+
+def _free_form(location: str, first: int) -> Iterator[Variable]:
+    """A law's argument, the number of its knots, the knots and their values."""
+    name, kind = f"effects.free_form.{location}", "FreeFormArgument"
+    unit = "N m" if location.startswith("motor") else "N"
+    last = len(FREE_FORM_ARGUMENTS)
+    text = "what the force depends on", "knots in use (0: no effect)"
+    yield Variable(f"{name}.argument", text[0], "parameter", first, kind, lower=1, upper=last)
+    yield Variable(
+        f"{name}.count", text[1], "parameter", first + 1, "Integer", lower=0, upper=KNOTS
+    )
+    lists = (
+        ("knots", None, "argument at a knot, SI, increasing", LARGEST_KNOT),
+        ("values", unit, "force at a knot, linear between knots", LARGEST_VALUE),
+    )
+    for k, (part, its_unit, meaning, most) in enumerate(lists):
+        for i in range(KNOTS):
+            place = first + 2 + k * KNOTS + i
+            yield Variable(
+                f"{name}.{part}[{i + 1}]",
+                meaning,
+                "parameter",
+                place,
+                unit=its_unit,
+                lower=-most,
+                upper=most,
+            )
