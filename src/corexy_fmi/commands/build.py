@@ -1,0 +1,44 @@
+"""``corexy build``: write the FMU of a machine."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from corexy_fmi.commands.screen import ASSUMED, existing_folder_or_none, label, say
+from corexy_fmi.machine import load_machine
+
+
+class Flavour(StrEnum):
+    """Self-contained binaries, or a slave that runs in a host's Python."""
+
+    native = "native"
+    python = "python"
+
+
+def build(
+    flavour: Annotated[Flavour, typer.Option(help="Native binary, or pythonfmu.")] = Flavour.native,
+    machine: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Machine that the FMU holds; else yin2018.")
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for it.", callback=existing_folder_or_none)
+    ] = Path(),
+) -> None:
+    """Build the FMU (FMI 2.0, co-simulation).
+
+    Examples:
+
+    corexy build --out build
+
+    corexy build --machine DIR/machine.toml --flavour python --out build
+    """
+    from corexy_fmi.fmu.build import build_fmu
+
+    chosen = load_machine(machine or ASSUMED)
+    built = build_fmu(out, chosen if machine else None, flavour.value)
+    label(chosen)
+    say(f"FMU: {built} ({built.stat().st_size / 1e6:.2f} MB)")

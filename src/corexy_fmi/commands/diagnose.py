@@ -1,0 +1,184 @@
+"""``corexy diagnose``: locate, name, model and prove what the model lacks."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+from corexy_fmi.commands.screen import (
+    JsonOption,
+    assumed_machine,
+    existing_folder_or_none,
+    label,
+    progress,
+    say,
+    say_json,
+)
+from corexy_fmi.commands.verdict import show_verdict
+from corexy_fmi.effects import catalogue, load_file
+from corexy_fmi.errors import InputError
+from corexy_fmi.files import write_folder
+from corexy_fmi.machine import Machine, load_machine, save_machine
+from corexy_fmi.recording import Recording, check_drive, read_recording
+
+HOLDOUT = "--holdout"
+
+
+class ManyHoldouts(TyperCommand):
+    """Lets ``--holdout A.csv B.csv`` take every file up to the next option."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Name the option before each of its files, as the parser wants it."""
+        return super().parse_args(ctx, expand_holdouts(args))
+
+
+def expand_holdouts(args: list[str]) -> list[str]:
+    """``--holdout A B`` as ``--holdout A --holdout B``."""
+    expanded: list[str] = []
+    taking = fresh = False
+    for argument in args:
+        if taking and not argument.startswith("-"):
+            expanded += [argument] if fresh else [HOLDOUT, argument]
+            fresh = False
+            continue
+        taking = fresh = argument == HOLDOUT
+        taking = taking or argument.startswith(f"{HOLDOUT}=")
+        expanded.append(argument)
+    return expanded
+
+
+def diagnose(
+    train: Annotated[list[Path], typer.Argument(metavar="TRAIN.csv...", help="Recordings.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+    ],
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="H.csv...", help="Recordings that only judge; one or more files."),
+    ] = None,
+    machine: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Machine file or name; else yin2018.")
+    ] = None,
+    effects: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Python file with an effect of your own.")
+    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Say where recordings and model differ, which physics is missing, and prove it.
+
+    Writes diagnosis.json, report.html, machine.toml and CoreXY.fmu into the folder. Without
+    --holdout the last 30 % of every recording is kept back to judge.
+
+    Examples:
+
+    corexy diagnose run1.csv run2.csv --holdout run3.csv --machine printer.toml --out result
+
+    corexy diagnose run.csv --out result --json
+    """
+    began = time.perf_counter()
+    trains, holdouts = read_all(train, holdout or [])
+    chosen = _machine(machine, effects, [*trains, *holdouts])
+    with progress() as move, write_folder(out) as folder:
+        document = write_diagnosis(
+            folder,
+            trains,
+            holdouts,
+            chosen,
+            machine is None,
+            jobs or _cores(),
+            effects,
+            move,
+            began,
+        )
+    if as_json:
+        say_json(document)
+        return
+    label(chosen)
+    show_verdict(document)
+    for name in ("report.html", "diagnosis.json", "machine.toml", "CoreXY.fmu"):
+        say(f"{out / name}")
+
+
+def write_diagnosis(
+    folder: Path,
+    trains: list[Recording],
+    holdouts: list[Recording],
+    machine: Machine,
+    assumed: bool,
+    jobs: int,
+    effects_file: Path | None,
+    move: Callable[[str, float], None] | None,
+    began: float,
+) -> dict[str, Any]:
+    """Diagnose and write the four files of a result into a folder; returns the document."""
+    from corexy_fmi.engine import diagnose as find
+    from corexy_fmi.fmu.build import build_fmu
+    from corexy_fmi.report import write_report
+
+    found = find(
+        trains,
+        holdouts,
+        machine,
+        machine_assumed=assumed,
+        jobs=jobs,
+        effects_file=effects_file,
+        progress=move,
+    )
+    document = {**found.document, "seconds": round(time.perf_counter() - began, 3)}
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
+    write_report(folder / "report.html", document, found.evidence)
+    save_machine(found.machine, folder / "machine.toml")
+    own = load_file(effects_file) if effects_file else None
+    known = catalogue() | {own.name: own} if own else None
+    build_fmu(folder, found.machine, effects=known)
+    return document
+
+
+def read_all(train: list[Path], holdout: list[Path]) -> tuple[list[Recording], list[Recording]]:
+    """Both lists of recordings; files of equal names are told apart by their folders.
+
+    Raises InputError for a file that is given twice, or a recording without measurements.
+    """
+    seen: set[Path] = set()
+    for path in [*train, *holdout]:
+        if path.resolve() in seen:
+            raise InputError(f"{path}: given twice, expected each recording once")
+        seen.add(path.resolve())
+    names = Counter(path.name for path in [*train, *holdout])
+    lists = [[_read(path, names[path.name] > 1) for path in paths] for paths in (train, holdout)]
+    return lists[0], lists[1]
+
+
+def _read(path: Path, ambiguous: bool) -> Recording:
+    """One recording with something measured in it."""
+    recording = read_recording(path)
+    if not recording.measured:
+        raise InputError(f"{path}: no measured samples, expected a column such as x, y, ax or ay")
+    return replace(recording, name=path.as_posix()) if ambiguous else recording
+
+
+def _machine(name: str | None, effects_file: Path | None, recordings: list[Recording]) -> Machine:
+    """The machine asked for, else the surrogate with the recordings' drive; fits them all."""
+    own = {effect.name: effect for effect in [load_file(effects_file)]} if effects_file else {}
+    machine = load_machine(name or assumed_machine(recordings), own)
+    for recording in recordings:
+        check_drive(recording, machine)
+    return machine
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

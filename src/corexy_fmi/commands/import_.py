@@ -1,0 +1,95 @@
+"""``corexy import``: recordings out of other tools' files."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
+from corexy_fmi.errors import InputError
+from corexy_fmi.machine import load_machine
+from corexy_fmi.motion import check_stage
+from corexy_fmi.recording import write_recording
+from corexy_fmi.recording.klipper import Move, import_klipper
+
+app = typer.Typer(no_args_is_help=True)
+
+
+@app.callback()
+def formats() -> None:
+    """Make a recording out of another tool's file.
+
+    Examples:
+
+    corexy import klipper --help
+    """
+
+
+@app.command("klipper")
+def klipper(
+    file: Annotated[Path, typer.Argument(metavar="FILE.csv", help="Accelerometer file.")],
+    move: Annotated[
+        str, typer.Option(metavar="X0,Y0:X1,Y1", help="Start and end of the move [m].")
+    ],
+    speed: Annotated[float, typer.Option(help="Its speed [m/s].")],
+    accel: Annotated[float, typer.Option(help="Its acceleration [m/s^2].")],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")],
+    centre: Annotated[
+        str, typer.Option("--centre", "--center", metavar="X,Y", help="The stage's centre [m].")
+    ] = "0,0",
+    axes: Annotated[
+        str, typer.Option(metavar="A,B", help="Sensor axes that are the stage's x and y.")
+    ] = "x,y",
+    start_offset: Annotated[
+        float | None,
+        typer.Option(help="Start of the move after the first sample [s]; without: clock free."),
+    ] = None,
+    machine: MachineOption = ASSUMED,
+) -> None:
+    """Turn a Klipper accelerometer file and a described move into a recording.
+
+    The move is a trapezoid from rest to rest; the commanded angles follow from it by eq. (1) with
+    the machine's pulley radius. Gravity is removed as the mean at rest.
+
+    Examples:
+
+    corexy import klipper x.csv --move 0.100,0.125:0.150,0.125 --centre 0.125,0.125 --speed 0.1
+    --accel 6 --start-offset -0.0008 --axes=-z,+y --machine gt2_printer --out x_recording.csv
+    """
+    chosen = load_machine(machine)
+    origin, start, end = _point(centre, "centre"), *_ends(move)
+    described = Move(_from(start, origin), _from(end, origin), speed, accel, start_offset)
+    recording = import_klipper(file, described, axes, chosen.parameters["pulley_radius"])
+    check_stage(recording, chosen)
+    write_recording(recording, out)
+    label(chosen)
+    say(f"recording: {out}")
+
+
+def _ends(text: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Both ends of a move [m]."""
+    start, colon, end = text.partition(":")
+    if not colon:
+        raise InputError(f"move: found {text!r}, expected X0,Y0:X1,Y1 in m")
+    ends = _point(start, "move"), _point(end, "move")
+    if ends[0] == ends[1]:
+        raise InputError(f"move: found {text!r}, expected two different ends")
+    return ends
+
+
+def _point(text: str, what: str) -> tuple[float, float]:
+    """Two finite numbers."""
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"{what}: found {text!r}, expected two numbers in m such as 0.1,0.125")
+    return x, y
+
+
+def _from(point: tuple[float, float], origin: tuple[float, float]) -> tuple[float, float]:
+    return point[0] - origin[0], point[1] - origin[1]

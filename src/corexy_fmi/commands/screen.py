@@ -1,0 +1,86 @@
+"""What the commands share: the screen, the surrogate's label, progress."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
+
+from corexy_fmi.machine import Machine
+from corexy_fmi.recording import Recording, is_dc
+
+MachineOption = Annotated[
+    str,
+    typer.Option("--machine", metavar="FILE", help="Machine file, or the name of a bundled one."),
+]
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")
+]
+ASSUMED = "yin2018"
+WIDTH = 120  # [characters] where there is no terminal
+
+
+def console(*, stderr: bool = False) -> Console:
+    """The screen; without a terminal its lines are wide, so that paths stay whole."""
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(stderr=stderr, highlight=False, width=None if stream.isatty() else WIDTH)
+
+
+def cells(*texts: object) -> list[Text]:
+    """Cells of a table whose brackets stay brackets."""
+    return [Text(str(text)) for text in texts]
+
+
+def say(line: str) -> None:
+    """One line on stdout, unwrapped."""
+    console().print(line, markup=False, soft_wrap=True)
+
+
+def say_json(document: Any) -> None:
+    """The document on stdout; NaN and infinity are no JSON and must not be in it."""
+    print(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def label(machine: Machine) -> None:
+    """Say that a machine's numbers are a surrogate, where they are."""
+    if machine.surrogate:
+        say(f"machine {machine.name}: {machine.surrogate}")
+
+
+def assumed_machine(recordings: Sequence[Recording]) -> str:
+    """Name of the surrogate with the recordings' drive, for a call that names no machine."""
+    return f"{ASSUMED}_dc" if all(is_dc(recording) for recording in recordings) else ASSUMED
+
+
+def provenance(machine: Machine, plant: str) -> dict[str, str]:
+    """Metadata of a simulated recording."""
+    about = {"machine": machine.name, "plant": plant}
+    return about | ({"surrogate": machine.surrogate} if machine.surrogate else {})
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str, float], None]]:
+    """A bar on stderr; gives the function that moves it: what is done, and its share, 0 to 1."""
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
+        task = bar.add_task("reading", total=1.0)
+
+        def move(what: str, share: float) -> None:
+            bar.update(task, description=what, completed=share)
+
+        yield move
+
+
+def existing_folder_or_none(path: Path) -> Path:
+    """A place for results; refuses early what is a file."""
+    if path.exists() and not path.is_dir():
+        raise typer.BadParameter(f"{path} is a file, expected a folder")
+    return path

@@ -1,0 +1,211 @@
+"""diagnosis.json (CONTRACT 4) out of a verdict, its fits and its proof."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from corexy_fmi.engine import locate
+from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
+from corexy_fmi.engine.name import Competition, Entry
+from corexy_fmi.engine.prove import Proof, Replay
+from corexy_fmi.engine.screen import Lead
+from corexy_fmi.engine.verdict import Verdict, excess_removed
+from corexy_fmi.kernel.layout import Instance
+
+ARGUMENT_STATE = {
+    "vx": "speed",
+    "vy": "speed",
+    "x": "position",
+    "y": "position",
+    "phi1": "motor_angle",
+    "phi2": "motor_angle",
+    "t": "time",
+}
+FREE_FORM_EQUATION = r"F = \mathrm{interp}(a;\ \mathrm{knots}, \mathrm{values})"
+
+
+def _member(key: tuple[str, str]) -> dict[str, str]:
+    return {"name": key[0], "location": key[1]}
+
+
+def _alternatives(
+    competition: Competition, verdict: Verdict, member: tuple[str, str]
+) -> list[dict[str, Any]]:
+    """What else could stand in a member's place, with its probability."""
+    own = set(verdict.entry.hypothesis.key) if verdict.entry else set()
+    rest = own - {member}
+    shares: dict[tuple[str, str], float] = {}
+    for entry, chance in zip(competition.entries, competition.probability, strict=True):
+        others = set(entry.hypothesis.key) - rest
+        if member not in others and len(others) == 1 and chance > 1e-4:
+            key = others.pop()
+            shares[key] = shares.get(key, 0.0) + chance
+    ranked = sorted(shares.items(), key=lambda item: -item[1])[:5]
+    return [_member(key) | {"probability": chance} for key, chance in ranked]
+
+
+def _effect(
+    instance: Instance, fit: Fit, competition: Competition, verdict: Verdict
+) -> dict[str, Any]:
+    effect, key = instance.effect, (instance.effect.name, instance.location)
+    return _member(key) | {
+        "probability": competition.share(key),
+        "parameters": effect_table(fit, *key, covariance(fit)),
+        "alternatives": _alternatives(competition, verdict, key),
+        "equation": effect.equation,
+        "citation": effect.citation,
+        "remedy": effect.remedy,
+        "check": effect.check,
+    }
+
+
+def _in_words(fit: Fit, competition: Competition) -> str:
+    law = fit.problem.hypothesis.law
+    if law is None:
+        return (
+            "the mismatch shows on the data kept back; no catalogued effect and no law explains it"
+        )
+    values = [fit.value(x.key) for x in fit.problem.unknowns if x.key.startswith("free_form")]
+    near = [e.hypothesis.label for e in competition.entries if e.hypothesis.uses][:3]
+    size = (max(values) - min(values)) / 2
+    unit = "N m" if law.location.startswith("motor") else "N"
+    return (
+        f"a force on {law.location} that depends on {law.argument}, +-{size:.3g} {unit} over the "
+        f"range seen; the nearest catalogued causes explain less: {'; '.join(near) or 'none'}"
+    )
+
+
+def _suspect(verdict: Verdict, competition: Competition) -> Entry | None:
+    """Where the mismatch shows: the verdict's entry, else the one that gains most on it."""
+    if verdict.entry is not None or not competition.entries:
+        return verdict.entry
+    return max(competition.entries, key=lambda e: e.gain)
+
+
+def _free_form(fit: Fit, competition: Competition, suspect: Entry | None) -> dict[str, Any]:
+    law = fit.problem.hypothesis.law
+    entry: dict[str, Any] = {
+        "name": "free_form",
+        "location": _place(suspect.hypothesis)[0] if suspect else "xy",
+        "probability": competition.probability[0] if competition.entries else 0.0,
+        "parameters": {},
+        "alternatives": [],
+        "equation": FREE_FORM_EQUATION,
+        "citation": "",
+        "remedy": "",
+        "check": "",
+        "description": _in_words(fit, competition),
+    }
+    if law:
+        values = [fit.value(x.key) for x in fit.problem.unknowns if x.key.startswith("free_form")]
+        entry |= {"argument": law.argument, "knots": list(law.knots), "values": values}
+    return entry
+
+
+def effects(verdict: Verdict, fit: Fit, competition: Competition) -> list[dict[str, Any]]:
+    """The ``effects`` of the document; for ``unexplained`` the free-form law."""
+    if verdict.word == "unexplained":
+        return [_free_form(fit, competition, _suspect(verdict, competition))]
+    if verdict.entry is None or verdict.word == "nothing_missing":
+        return []
+    return [_effect(i, fit, competition, verdict) for i in verdict.entry.hypothesis.uses]
+
+
+def located(
+    verdict: Verdict, competition: Competition, proof: Proof, radius: float
+) -> dict[str, Any]:
+    """Where the mismatch lies: coordinate, state, time, path, band."""
+    suspect = _suspect(verdict, competition)
+    if suspect is None or verdict.word == "nothing_missing":
+        return {
+            "coordinate": None,
+            "state": None,
+            "time": [],
+            "path": [],
+            "frequency": [0.0, 0.0],
+            "confidence": 0.0,
+        }
+    coordinate, state = _place(suspect.hypothesis)
+    chance = sum(
+        p
+        for e, p in zip(competition.entries, competition.probability, strict=True)
+        if _place(e.hypothesis)[0] == coordinate
+    )
+    return {
+        "coordinate": coordinate,
+        "state": state,
+        "time": locate.windows(proof),
+        "path": locate.places(proof, radius),
+        "frequency": locate.band(proof),
+        "confidence": float(min(chance, 1.0)),
+    }
+
+
+def _place(hypothesis: Any) -> tuple[str, str]:
+    if hypothesis.law:
+        return hypothesis.law.location, ARGUMENT_STATE[hypothesis.law.argument]
+    first = hypothesis.uses[0]
+    return first.effect.coordinate or first.location, first.effect.state
+
+
+def fit_rows(proof: Proof) -> list[dict[str, Any]]:
+    """One row for each recording and channel."""
+    rows = []
+    for r, run in enumerate(proof.runs):
+        replays: Mapping[str, Replay] = {state: proof.replays[state][r] for state in proof.replays}
+        for c, samples in enumerate(run.samples):
+            rows.append(
+                {
+                    "recording": run.name,
+                    "role": run.role,
+                    "channel": samples.channel,
+                    "noise_std": proof.noise_std[r][c],
+                    **{f"rms_{s}": replays[s].rms(c) for s in replays},
+                    "whiteness_p": whiteness(replays["explained"], c),
+                }
+            )
+    return rows
+
+
+def whiteness(replayed: Replay, channel: int) -> float:
+    """Ljung-Box p-value of the first ten lags of a channel's whitened errors."""
+    from scipy.stats import chi2
+
+    sizes = [len(s.index) for s in replayed.run.samples]
+    first = sum(sizes[:channel])
+    e = replayed.fit.residual[first : first + sizes[channel]]
+    n, power = len(e), float(e @ e) or 1.0
+    q = sum((float(e[k:] @ e[:-k]) / power) ** 2 / (n - k) for k in range(1, 11))
+    return float(chi2.sf(n * (n + 2) * q, 10))
+
+
+def heldout(rows: list[dict[str, Any]], weak: bool) -> dict[str, Any]:
+    """Pooled rms of the held-out x and y (else of all held-out channels)."""
+    judged = [r for r in rows if r["role"] == "holdout"]
+    chosen = [r for r in judged if r["channel"] in ("x", "y")] or judged
+    if not chosen:
+        return {
+            "rms_nominal": None,
+            "rms_retuned": None,
+            "rms_explained": None,
+            "noise_std": None,
+            "excess_removed": None,
+            "weak": True,
+        }
+    keys = ("rms_nominal", "rms_retuned", "rms_explained", "noise_std")
+    pooled = {k: float((sum(r[k] ** 2 for r in chosen) / len(chosen)) ** 0.5) for k in keys}
+    share = excess_removed(pooled["rms_retuned"], pooled["rms_explained"], pooled["noise_std"])
+    return pooled | {"excess_removed": float(share), "weak": weak}
+
+
+def not_excluded(leads: list[Lead], named: set[tuple[str, str]]) -> list[dict[str, Any]]:
+    """Upper bounds of every effect and place that was not named."""
+    rows = [upper_bound(lead, lead.bound) for lead in leads if lead.hypothesis.uses]
+    return [row for row in rows if (row["name"], row["location"]) not in named]
+
+
+def retuned(fit: Fit) -> dict[str, dict[str, object]]:
+    """The nominal parameters of a fit."""
+    return retuned_table(fit, covariance(fit))

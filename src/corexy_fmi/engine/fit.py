@@ -1,0 +1,113 @@
+"""Least squares with bounds: Levenberg-Marquardt whose trial steps run as lanes of one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from corexy_fmi.engine.noise import estimate, quick_noise, white
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.kernel.call import Array
+
+DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
+ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted hypothesis: u (size,), the cost [nats] with noise scale and priors, the Jacobian."""
+
+    problem: Problem
+    u: Array
+    cost: float
+    residual: Array
+    jacobian: Array
+    simulations: int
+
+    def value(self, key: str) -> float:
+        """Physical value of an unknown by its key."""
+        names = [x.key for x in self.problem.unknowns]
+        k = names.index(key)
+        return float(self.problem.unknowns[k].value(self.u[k]))
+
+
+def _trial(u: Array, step: Array, low: Array, high: Array) -> Array:
+    return np.clip(u + step, low, high)
+
+
+def _directions(jacobian: Array, residual: Array, free: np.ndarray) -> Array:
+    """One step (size,) for each damping, zero where a bound holds."""
+    j = jacobian[:, free]
+    normal, gradient = j.T @ j, j.T @ residual
+    scale = np.diag(normal) + 1e-12 * np.trace(normal) + 1e-300
+    steps = np.zeros((len(DAMPINGS), jacobian.shape[1]))
+    for n, damping in enumerate(DAMPINGS):
+        steps[n, free] = -np.linalg.solve(normal + np.diag((damping + 1e-10) * scale), gradient)
+    return steps
+
+
+def _at_bound(u: Array, gradient: Array, low: Array, high: Array) -> np.ndarray:
+    return ((u <= low) & (gradient > 0)) | ((u >= high) & (gradient < 0))
+
+
+def _costs(residuals: Array) -> Array:
+    """Half the squared norm of each residual (sets, n) [nats]; infinite where a run broke down."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        costs = 0.5 * np.sum(residuals**2, axis=1)
+    return np.where(np.isfinite(costs), costs, np.inf)
+
+
+def _broken(problem: Problem, u: Array, residual: Array) -> Fit:
+    """A start from which nothing can be fitted."""
+    return Fit(problem, u, np.inf, residual, np.zeros((len(residual), problem.size)), 1)
+
+
+def minimise(problem: Problem, start: Array, iterations: int = 12, enough: float = ENOUGH) -> Fit:
+    """Fit from a start (size,); deterministic, and monotone in cost."""
+    low, high = problem.limits()
+    u = np.clip(start, low, high)
+    residual = problem.residual(u[None])[0]
+    count = 1
+    if not np.isfinite(residual).all():
+        return _broken(problem, u, residual)
+    for _ in range(iterations):
+        jacobian = problem.jacobian(u, residual)
+        free = ~_at_bound(u, jacobian.T @ residual, low, high)
+        trials = _trial(u, _directions(jacobian, residual, free), low, high)
+        results = problem.residual(trials)
+        costs = _costs(results)
+        best, before = int(np.argmin(costs)), 0.5 * float(residual @ residual)
+        count += problem.size + len(trials)
+        if not costs[best] < before:
+            break
+        u, residual = trials[best], results[best]
+        if before - costs[best] < enough:
+            break
+    jacobian = problem.jacobian(u, residual)
+    cost = 0.5 * float(residual @ residual) + problem.log_scale()
+    return Fit(problem, u, cost, residual, jacobian, count)
+
+
+def own_noise(fit: Fit) -> Problem:
+    """The same problem with the noise that this fit's own residuals show."""
+    noise = []
+    for r, run in enumerate(fit.problem.runs):
+        errors = fit.problem.errors(fit.u[None], r)
+        noise.append(
+            tuple(estimate(e[0], s.breaks) for e, s in zip(errors, run.samples, strict=True))
+        )
+    return replace(fit.problem, noise=tuple(noise))
+
+
+def white_noise(fit: Fit) -> Problem:
+    """The same problem under white noise as small as the samples' quickest part allows."""
+    noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in fit.problem.runs)
+    return replace(fit.problem, noise=noise)
+
+
+def settle(fit: Fit, rounds: int = 2, iterations: int = 6) -> Fit:
+    """Alternate between the noise of the residuals and the fit under that noise."""
+    for _ in range(rounds if np.isfinite(fit.cost) else 0):
+        fit = minimise(own_noise(fit), fit.u, iterations)
+    return fit

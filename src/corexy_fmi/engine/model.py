@@ -1,0 +1,127 @@
+"""Model: a fit as a machine, with intervals, pulls, and bounds on what was not named."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.screen import Lead
+from corexy_fmi.engine.unknowns import SMOOTHING, Unknown
+from corexy_fmi.kernel.call import Array
+from corexy_fmi.machine import EffectUse, FreeForm, Machine
+from corexy_fmi.parameters import BY_NAME
+
+Z95 = 1.959963984540054
+
+
+def covariance(fit: Fit) -> Array:
+    """Covariance (size, size) of the internal vector, from the Jacobian at the fit."""
+    normal = fit.jacobian.T @ fit.jacobian
+    scale = np.sqrt(np.diag(normal)) + 1e-12
+    correlation = normal / np.outer(scale, scale) + 1e-10 * np.eye(len(normal))
+    return np.asarray(np.linalg.pinv(correlation, hermitian=True) / np.outer(scale, scale))
+
+
+def _wrapped(unknown: Unknown, value: float) -> float:
+    """A phase brought into (-pi, pi]."""
+    return math.remainder(value, 2 * math.pi) if unknown.key.endswith(".phase") else value
+
+
+def interval(fit: Fit, k: int, spread: Array) -> dict[str, object]:
+    """Value, unit-free, with its 95 % interval inside the bounds."""
+    unknown, u = fit.problem.unknowns[k], float(fit.u[k])
+    std = math.sqrt(max(float(spread[k, k]), 0.0))
+    value = float(unknown.value(u))
+    low, high = (float(unknown.value(u + s * Z95 * std)) for s in (-1, 1))
+    shift = _wrapped(unknown, value) - value
+    return {"value": value + shift, "ci95": [low + shift, high + shift]}
+
+
+def tuned_machine(fit: Fit, name: str) -> Machine:
+    """The machine of a fit: nominal parameters retuned, found effects and laws included."""
+    problem = fit.problem
+    machine = problem.machine
+    parameters, values = dict(machine.parameters), []
+    uses: dict[tuple[str, str], dict[str, float]] = {}
+    for k, unknown in enumerate(problem.unknowns):
+        value = _wrapped(unknown, float(unknown.value(fit.u[k])))
+        if unknown.key.startswith("free_form"):
+            values.append(value)
+        elif "." in unknown.key:
+            effect, location, parameter = unknown.key.split(".")
+            uses.setdefault((effect, location), {})[parameter] = value
+        else:
+            parameters[unknown.key] = value
+    effects = tuple(EffectUse(n, loc, p) for (n, loc), p in uses.items())
+    law = problem.hypothesis.law
+    forms = (FreeForm(law.location, law.argument, law.knots, tuple(values)),) if law else ()
+    return replace(
+        machine,
+        name=name,
+        parameters=parameters,
+        effects=machine.effects + effects,
+        free_forms=machine.free_forms + forms,
+    )
+
+
+def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
+    """The nominal parameters of a fit with unit, interval and pull (CONTRACT 4)."""
+    table: dict[str, dict[str, object]] = {}
+    for k, unknown in enumerate(fit.problem.unknowns):
+        if "." in unknown.key or unknown.key == SMOOTHING:
+            continue
+        pull = float(fit.u[k]) / unknown.prior_std
+        driven = math.sqrt(max(float(spread[k, k]), 0.0)) > 0.7 * unknown.prior_std
+        entry = interval(fit, k, spread)
+        table[unknown.key] = {
+            "value": entry["value"],
+            "unit": BY_NAME[unknown.key].unit,
+            "ci95": entry["ci95"],
+            "pull": pull,
+            "prior_driven": driven,
+        }
+    return table
+
+
+def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str, dict[str, object]]:
+    """The parameters of one named effect with unit and interval."""
+    instance = next(
+        i for i in fit.problem.hypothesis.uses if (i.effect.name, i.location) == (name, location)
+    )
+    units = {p.name: p.unit for p in instance.effect.parameters}
+    table = {}
+    for k, unknown in enumerate(fit.problem.unknowns):
+        if unknown.key.startswith(f"{name}.{location}."):
+            parameter = unknown.key.rsplit(".", 1)[1]
+            entry = interval(fit, k, spread)
+            table[parameter] = {
+                "value": entry["value"],
+                "unit": units[parameter],
+                "ci95": entry["ci95"],
+            }
+    return table
+
+
+def upper_bound(lead: Lead, bound: float) -> dict[str, object]:
+    """The ``not_excluded`` entry of a lead; its size is ``bound`` times its start at most."""
+    instance = lead.hypothesis.uses[-1]
+    size = instance.effect.size
+    start = max(abs(s) for s in size.starts)
+    if size.scaling < 0:  # the rigid limit is at infinity: bound its inverse
+        value, parameter, unit = bound / start, f"1/{size.name}", f"1/({size.unit})"
+    else:
+        value, parameter, unit = (
+            min(size.neutral + bound * abs(start - size.neutral), size.upper),
+            size.name,
+            size.unit,
+        )
+    return {
+        "name": instance.effect.name,
+        "location": instance.location,
+        "parameter": parameter,
+        "upper95": float(value),
+        "unit": unit,
+    }

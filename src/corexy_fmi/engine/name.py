@@ -1,0 +1,247 @@
+"""Name: every hypothesis is fitted as hard as the retuned machine, and they compete.
+
+A screen orders the candidates, a short fit of each thins them out, the best are fitted to the end
+with the noise that their own residuals show.  Then a second effect may join, if it pays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
+from corexy_fmi.engine.screen import Lead, screen
+from corexy_fmi.engine.unknowns import Hypothesis
+
+THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
+TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
+SHORT, FINALISTS, LAWS, MANY = 3, 6, 4, 4
+CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
+ALWAYS, LEAD_SHARE = 8, 0.02  # leads that are always fitted; share of the best lead's gain
+SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
+FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
+
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A fitted hypothesis and what it gains [nats] over the retuned machine, penalty paid."""
+
+    hypothesis: Hypothesis
+    fit: Fit
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Competition:
+    """The retuned machine, all entries best first, and their probabilities."""
+
+    retuned: Fit
+    entries: tuple[Entry, ...]
+    probability: tuple[float, ...]
+    nothing: float
+
+    @property
+    def best(self) -> Entry | None:
+        """The winner, or None where nothing pays."""
+        return self.entries[0] if self.entries and self.entries[0].gain > THRESHOLD else None
+
+    def share(self, member: tuple[str, str]) -> float:
+        """Probability that an (effect, location) is among what is missing."""
+        pairs = zip(self.entries, self.probability, strict=True)
+        return float(sum(p for e, p in pairs if member in e.hypothesis.key))
+
+
+def penalty(hypothesis: Hypothesis, samples: int) -> float:
+    """Half of the log of the sample count for each parameter (BIC) [nats]."""
+    count = sum(len(i.effect.parameters) for i in hypothesis.uses)
+    count += len(hypothesis.law.knots) if hypothesis.law else 0
+    return 0.5 * count * float(np.log(max(samples, 2)))
+
+
+def _samples(fit: Fit) -> int:
+    return sum(run.count for run in fit.problem.runs)
+
+
+def _entry(base: Fit, fit: Fit) -> Entry:
+    gain = base.cost - fit.cost - penalty(fit.problem.hypothesis, _samples(fit))
+    return Entry(fit.problem.hypothesis, fit, gain)
+
+
+def _short(lead: Lead) -> Fit:
+    """The best of short fits from the lead's first starts; more where it declares many."""
+    count = 2 if len(lead.starts) < MANY else 4
+    fits = [minimise(lead.problem, start, SHORT, 0.5) for start in lead.starts[:count]]
+    return min(fits, key=lambda f: f.cost)
+
+
+def _full(fit: Fit) -> Fit:
+    """A fit carried to its end, under its own noise."""
+    return settle(minimise(fit.problem, fit.u, 8))
+
+
+def _thin(leads: list[Lead], floor: float) -> list[Lead]:
+    """The catalogued leads worth a fit, and the best free-form laws.
+
+    A lead is kept above ``floor`` nats and a share of the best one's gain; the first few always,
+    and those whose size has no linear limit (their linear gain says little).
+    """
+    named = [lead for lead in leads if not lead.hypothesis.law]
+    least = max(floor, LEAD_SHARE * named[0].gain) if named else floor
+    kept = [
+        lead
+        for n, lead in enumerate(named)
+        if lead.gain >= least
+        or (floor == 0 and (n < ALWAYS or lead.hypothesis.uses[-1].effect.size.log))
+    ]
+    return kept + [lead for lead in leads if lead.hypothesis.law][:LAWS]
+
+
+def _round(
+    base: Fit, candidates: list[Hypothesis], mapper: Mapper, finalists: int, floor: float = 0.0
+) -> list[Fit]:
+    """One round of competition on top of a fit; settled finalists, best first.
+
+    Searched under the base's own noise and, where that is coloured, under white noise too: a slow
+    mismatch can pass for colour, and is then invisible to a search that trusts the colour.
+    """
+    finals: list[Fit] = []
+    rest: list[Fit] = []
+    for start in [base, *_bleached(base)]:
+        leads = _thin(screen(start, candidates, mapper), floor)
+        shorts = sorted(mapper(_short, leads), key=_rank)
+        going = _contenders(start, shorts[:finalists])
+        finals += going
+        rest += shorts[len(going) :] if start is base else []
+    settled = sorted(mapper(_full, finals), key=_rank)
+    return _unique(settled) + rest
+
+
+def _contenders(start: Fit, shorts: list[Fit]) -> list[Fit]:
+    """The short fits that may still win: two at least, else a fair share of the best one's gain."""
+    if not shorts:
+        return []
+    least = CONTENDS * (start.cost - _rank(shorts[0]))
+    return [f for n, f in enumerate(shorts) if n < 2 or start.cost - _rank(f) >= max(least, 0.0)]
+
+
+def _bleached(base: Fit) -> list[Fit]:
+    """The base fitted again under white noise; nothing where its own noise is white already."""
+    if not any(len(n.coefficients) for models in base.problem.noise for n in models):
+        return []
+    return [minimise(white_noise(base), base.u, 8)]
+
+
+def _unique(fits: list[Fit]) -> list[Fit]:
+    """The first fit of each hypothesis."""
+    seen: dict[tuple[tuple[str, str], ...], Fit] = {}
+    for fit in fits:
+        seen.setdefault((*fit.problem.hypothesis.key, (str(fit.problem.hypothesis.law), "")), fit)
+    return list(seen.values())
+
+
+def _rank(fit: Fit) -> float:
+    return fit.cost + penalty(fit.problem.hypothesis, _samples(fit))
+
+
+def repolish(base: Fit, winner: Fit) -> Fit:
+    """The retuned machine refitted from a winner's nominal parameters; the better of both."""
+    keys = {x.key: winner.u[k] for k, x in enumerate(winner.problem.unknowns)}
+    start = np.array([keys.get(x.key, 0.0) for x in base.problem.unknowns])
+    start = np.concatenate([start, winner.u[len(winner.problem.unknowns) :]])
+    other = settle(minimise(base.problem, start))
+    return other if other.cost < base.cost else base
+
+
+def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
+    """The fit's effects with each other single candidate."""
+    own = first.problem.hypothesis.uses
+    names = {i.effect.name for i in own}
+    return [
+        Hypothesis((*own, *s.uses))
+        for s in singles
+        if s.uses and s.uses[0].effect.name not in names
+    ]
+
+
+def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper) -> list[Fit]:
+    """Second effects on top of the best catalogued fit, and a check of the first one."""
+    named = [f for f in fits if f.problem.hypothesis.uses]
+    if not named or base.cost - named[0].cost < THRESHOLD:
+        return []
+    found = _round(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
+    if not found:
+        return []
+    single = _polished(named[0], found[0])
+    fits[fits.index(named[0])] = named[0] = single
+    added = found[0].problem.hypothesis.uses[-1]
+    alone = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
+    if alone is not None and _pays(named[0], found[0], base):
+        found += _round(alone, _extended(alone, singles), mapper, 2, THRESHOLD)[:2]
+    return [f for f in found if _pays(named[0], f, base)]
+
+
+def _polished(one: Fit, two: Fit) -> Fit:
+    """The better of a fit and itself begun again where the fit with a second effect ended."""
+    keys = {x.key: two.u[k] for k, x in enumerate(two.problem.unknowns)}
+    start = np.array([keys[x.key] for x in one.problem.unknowns])
+    again = settle(
+        minimise(one.problem, np.concatenate([start, two.u[len(two.problem.unknowns) :]]))
+    )
+    return again if again.cost < one.cost else one
+
+
+def _pays(one: Fit, two: Fit, base: Fit) -> bool:
+    """Whether a second effect gains enough over one."""
+    gain = _rank(one) - _rank(two)
+    return gain > max(THRESHOLD, SECOND_SHARE * (base.cost - one.cost))
+
+
+def _probabilities(gains: list[float]) -> tuple[list[float], float]:
+    """Tempered probabilities of the entries and of nothing."""
+    all_gains = np.array([*gains, 0.0]) / TEMPERATURE
+    weights = np.exp(all_gains - all_gains.max())
+    weights /= weights.sum()
+    return [float(w) for w in weights[:-1]], float(weights[-1])
+
+
+def _prefer_catalogue(entries: list[Entry]) -> list[Entry]:
+    """A free-form law that gains little more than the best catalogued set steps behind it."""
+    named = next((e for e in entries if e.hypothesis.uses and e.gain > THRESHOLD), None)
+    if named is None:
+        return entries
+    laws = [e for e in entries if e.hypothesis.law and e.gain < FAMILY * named.gain + THRESHOLD]
+    return [e for e in entries if e not in laws] + laws
+
+
+def compete(
+    base: Fit,
+    mapper: Mapper,
+    tell: Callable[[str], None] = lambda text: None,
+    without: frozenset[str] = frozenset(),
+) -> Competition:
+    """Let every hypothesis compete on top of the retuned machine (already settled)."""
+    singles = hypotheses(base.problem, base.u, without)
+    tell("fitting every effect at every place")
+    fits = _round(base, singles, mapper, FINALISTS)
+    base = repolish(base, fits[0]) if fits else base
+    tell("looking for a second effect")
+    pairs = _pairs(base, fits, singles, mapper)
+    unique: dict[tuple[tuple[str, str], ...], Entry] = {}
+    for fit in [*pairs, *fits]:
+        entry = _entry(base, fit)
+        held = unique.get(entry.hypothesis.key)
+        if held is None or entry.gain > held.gain:
+            unique[entry.hypothesis.key] = entry
+    entries = _prefer_catalogue(sorted(unique.values(), key=lambda e: -e.gain))
+    live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
+    chances, nothing = _probabilities([e.gain for e in live])
+    lookup = dict(zip(map(id, live), chances, strict=True))
+    return Competition(
+        base, tuple(entries), tuple(lookup.get(id(e), 0.0) for e in entries), nothing
+    )

@@ -1,0 +1,112 @@
+"""Noise of a measured channel: an autoregressive model, and whitening by it.
+
+e_n = sum_j a_j e_{n-j} + w_n, w white (Ljung, System Identification, 1999).  A gap in the samples
+starts the filter anew: its first samples are only divided by the marginal standard deviation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from corexy_fmi.engine.samples import Samples
+from corexy_fmi.kernel.call import Array
+
+ORDERS = (0, 1, 2, 4, 8)
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Coefficients a (p,), standard deviation of the innovations and of the noise itself."""
+
+    coefficients: Array
+    innovation: float
+    marginal: float
+
+    def whiten(self, errors: Array, breaks: np.ndarray) -> Array:
+        """Whitened errors, same shape (.., m), unit variance where the model holds."""
+        fresh = warm_up(breaks, len(self.coefficients))
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that broke down is not finite
+            filtered = lfilter(np.r_[1.0, -self.coefficients], [1.0], errors, axis=-1)
+            white = filtered / self.innovation
+            white[..., fresh] = errors[..., fresh] / self.marginal
+        return np.asarray(white)
+
+    def log_scale(self, breaks: np.ndarray) -> float:
+        """Sum of the log standard deviations of the whitened samples [nats]."""
+        fresh = int(warm_up(breaks, len(self.coefficients)).sum())
+        return fresh * float(np.log(self.marginal)) + (len(breaks) - fresh) * float(
+            np.log(self.innovation)
+        )
+
+
+def warm_up(breaks: np.ndarray, order: int) -> np.ndarray:
+    """True (m,) on the first ``order`` samples after each break."""
+    fresh = np.zeros(len(breaks), dtype=bool)
+    starts = np.flatnonzero(breaks)
+    for shift in range(order):
+        at = starts + shift
+        fresh[at[at < len(breaks)]] = True
+    return fresh
+
+
+def _autocovariance(errors: Array, breaks: np.ndarray, lags: int) -> Array:
+    """Autocovariance (lags + 1,): the mean over pairs that no break parts, tapered by the lag.
+
+    Without breaks it is the usual biased estimate, which keeps Yule-Walker's filter stable.
+    """
+    block, count = np.cumsum(breaks), len(errors)
+    result = np.zeros(lags + 1)
+    for lag in range(min(lags + 1, count)):
+        joined = block[lag:] == block[: count - lag]
+        products = errors[lag:][joined] * errors[: count - lag][joined]
+        result[lag] = (1 - lag / count) * np.sum(products) / max(len(products), 1)
+    return result
+
+
+def estimate(errors: Array, breaks: np.ndarray, floor: float = 1e-12) -> Noise:
+    """The autoregressive model of an error sequence (m,); its order by BIC among ``ORDERS``."""
+    centred = errors - errors.mean()
+    covariance = _autocovariance(centred, breaks, max(ORDERS))
+    marginal = max(float(np.sqrt(covariance[0])), floor)
+    best: tuple[float, Noise] | None = None
+    for order in (o for o in ORDERS if o < len(errors) // 10):
+        a = _yule_walker(covariance, order)
+        noise = Noise(a, 1.0, marginal / 1.0)
+        raw = noise.whiten(centred, breaks) if order else centred
+        settled = ~warm_up(breaks, order)
+        innovation = (
+            max(float(np.sqrt(np.mean(raw[settled] ** 2))), floor) if settled.any() else marginal
+        )
+        fitted = Noise(a, innovation, marginal)
+        score = fitted.log_scale(breaks) + 0.5 * order * np.log(len(errors))
+        if best is None or score < best[0]:
+            best = (score, fitted)
+    return best[1] if best else Noise(np.zeros(0), marginal, marginal)
+
+
+def _yule_walker(covariance: Array, order: int) -> Array:
+    """Coefficients (order,) of the Yule-Walker equations."""
+    if not order:
+        return np.zeros(0)
+    matrix = toeplitz(covariance[:order]) + 1e-9 * covariance[0] * np.eye(order)
+    return np.asarray(np.linalg.solve(matrix, covariance[1 : order + 1]))
+
+
+def white(std: float) -> Noise:
+    """White noise of a standard deviation."""
+    return Noise(np.zeros(0), std, std)
+
+
+def quick_noise(samples: Samples) -> float:
+    """Standard deviation of white noise on a smooth signal, from third differences, robustly.
+
+    At least that of rounding to the sensor's steps: a coarse sensor stands still most of the time.
+    """
+    third = np.abs(np.diff(samples.value, 3))
+    steps = np.diff(np.unique(samples.value))
+    rounding = float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0
+    return max(float(np.median(third)) / 0.6745 / np.sqrt(20.0), rounding, 1e-12)

@@ -1,0 +1,182 @@
+"""The output-error problem: whitened residuals of a hypothesis over runs, and their Jacobian.
+
+Vector u: nominal parameters, effect parameters, then the initial belt deflection (two for each
+run).  Offsets of the channels are projected out, so that they cost no unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from corexy_fmi.engine.noise import Noise
+from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.unknowns import (
+    Hypothesis,
+    Unknown,
+    effect_unknowns,
+    frees_rotor,
+    law_unknowns,
+    nominal_unknowns,
+    write_law,
+)
+from corexy_fmi.kernel.call import Array, run_lanes, step_limit
+from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.machine import Machine
+from corexy_fmi.simulate import machine_vector
+from corexy_fmi.topology import REDUCED
+
+STEP = 1e-3  # finite difference on the internal scale
+
+
+def deflection_scale(machine: Machine) -> float:
+    """Half of the deflection [m] at which stiction holds the stage against its belts."""
+    dc = float(machine.drive == "dc")
+    constants = REDUCED.constants(machine.parameters, dc)
+    return 0.5 * float(max(constants.coulomb[:2])) / (2 * float(constants.stiffness[0])) + 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A machine, runs with their noise, and a hypothesis.
+
+    ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
+    ``limit`` is the micro-step [s]: the machine file's for all sets of a fit, so that none of them
+    slows the others down; 0, each machine's own, where pinned.
+    """
+
+    layout: Layout
+    machine: Machine
+    runs: tuple[Run, ...]
+    noise: tuple[tuple[Noise, ...], ...]
+    hypothesis: Hypothesis = field(default_factory=Hypothesis)
+    pinned: bool = False
+    unknowns: tuple[Unknown, ...] = field(init=False)
+    base: Array = field(init=False)
+    prior: tuple[Array, Array] = field(init=False)
+    limit: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Collect the unknowns and the vector that they are written into."""
+        free = frees_rotor([i.effect for i in self.hypothesis.uses])
+        unknowns = [] if self.pinned else nominal_unknowns(self.machine, free)
+        base = machine_vector(self.machine, self.layout)
+        for instance in self.hypothesis.uses:
+            unknowns += effect_unknowns(instance)
+        if self.hypothesis.law:
+            write_law(self.layout, base, self.hypothesis.law)
+            unknowns += law_unknowns(self.layout, self.hypothesis.law)
+        object.__setattr__(self, "unknowns", tuple(unknowns))
+        object.__setattr__(self, "base", base)
+        dc = self.machine.drive == "dc"
+        limit = step_limit(self.layout, base, fidelity=self.machine.fidelity, dc=dc)
+        object.__setattr__(self, "limit", 0.0 if self.pinned else limit)
+        std = np.array([u.prior_std for u in unknowns] + [1.0] * (2 * len(self.runs)))
+        object.__setattr__(
+            self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns, deflections included."""
+        return len(self.unknowns) + 2 * len(self.runs)
+
+    @property
+    def nominal_count(self) -> int:
+        """Number of nominal unknowns; they come first."""
+        return sum("." not in u.key for u in self.unknowns)
+
+    def vectors(self, u: Array) -> Array:
+        """Kernel parameter vectors (sets, n) of internal vectors (sets, size)."""
+        result = np.repeat(self.base[None], len(u), axis=0)
+        for k, unknown in enumerate(self.unknowns):
+            result[:, unknown.index] = unknown.value(u[:, k])
+        return result
+
+    def deflections(self, u: Array, run: int) -> Array:
+        """Initial belt deflection [m] (sets, 2) of a run."""
+        first = len(self.unknowns) + 2 * run
+        return u[:, first : first + 2] * deflection_scale(self.machine)
+
+    def simulate(self, u: Array, run: int, outputs: tuple[str, ...] | None = None) -> Array:
+        """Outputs (sets, channels, rows) of a run."""
+        r = self.runs[run]
+        return run_lanes(
+            self.layout,
+            r.excitation,
+            self.vectors(u),
+            fidelity=self.machine.fidelity,
+            dc=self.machine.drive == "dc",
+            deflection=self.deflections(u, run),
+            channels=outputs or r.outputs,
+            limit=self.limit,
+        )
+
+    def errors(self, u: Array, run: int) -> list[Array]:
+        """Measured minus simulated for each channel, (sets, samples) each, offsets left in."""
+        out = self.simulate(u, run)
+        return [s.value - out[:, c, s.index] for c, s in enumerate(self.runs[run].samples)]
+
+    def _whiten(self, errors: list[Array], run: int) -> Array:
+        parts = []
+        for e, samples, noise in zip(errors, self.runs[run].samples, self.noise[run], strict=True):
+            white = noise.whiten(e, samples.breaks)
+            one = noise.whiten(np.ones((1, e.shape[1])), samples.breaks)[0]
+            one /= np.linalg.norm(one)
+            parts.append(white - (white @ one)[:, None] * one)
+        return np.concatenate(parts, axis=1)
+
+    def residual(self, u: Array) -> Array:
+        """Whitened residuals with the priors behind them, (sets, samples + size)."""
+        parts = [self._whiten(self.errors(u, r), r) for r in range(len(self.runs))]
+        return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
+
+    def jacobian(self, u: Array, residual: Array) -> Array:
+        """Derivative (samples + size, size) of the residual at u (size,), one-sided differences."""
+        common, parts = len(self.unknowns), []
+        steps = self._steps(u)
+        at = 0
+        for r, run in enumerate(self.runs):
+            columns = [*range(common), common + 2 * r, common + 2 * r + 1]
+            sets = np.repeat(u[None], len(columns), axis=0)
+            sets[np.arange(len(columns)), columns] += steps[columns]
+            white = self._whiten(self.errors(sets, r), r)
+            block = np.zeros((run.count, self.size))
+            block[:, columns] = ((white - residual[at : at + run.count]) / steps[columns, None]).T
+            parts.append(block)
+            at += run.count
+        return np.concatenate([*parts, np.diag(self.prior[1])])
+
+    def _steps(self, u: Array) -> Array:
+        """Step of each difference, turned inwards at an upper bound."""
+        steps = np.full(self.size, STEP)
+        steps[len(self.unknowns) :] = 0.02
+        for k, unknown in enumerate(self.unknowns):
+            if "free_form" in unknown.key:
+                steps[k] = 0.02
+            elif "." in unknown.key and not unknown.log:
+                steps[k] = 0.01
+            if u[k] + steps[k] > unknown.limits()[1]:
+                steps[k] = -steps[k]
+        return steps
+
+    def limits(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of u, (size,) each."""
+        pairs = [x.limits() for x in self.unknowns] + [(-6.0, 6.0)] * (2 * len(self.runs))
+        low, high = np.array(pairs).T
+        return low, high
+
+    def log_scale(self) -> float:
+        """Sum of the log standard deviations of all whitened samples [nats]."""
+        return sum(
+            n.log_scale(s.breaks)
+            for r, run in enumerate(self.runs)
+            for n, s in zip(self.noise[r], run.samples, strict=True)
+        )
+
+
+def centred(errors: Sequence[Array]) -> list[Array]:
+    """Errors (samples,) of each channel without their mean."""
+    return [e - e.mean() for e in errors]

@@ -1,0 +1,106 @@
+"""Prove: the same rms in all three states of the machine, on data used and on data kept back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from corexy_fmi.engine.fit import Fit, minimise
+from corexy_fmi.engine.noise import Noise
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.samples import Run
+from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.machine import Machine
+
+STATES = ("nominal", "retuned", "explained")
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """A machine replayed on one run, offsets and initial deflection fitted.
+
+    ``errors`` measured minus simulated for each channel, mean removed; ``cost`` [nats] of the
+    whitened errors.
+    """
+
+    run: Run
+    errors: tuple[Array, ...]
+    fit: Fit
+
+    def rms(self, channel: int) -> float:
+        """Root mean square error of a channel."""
+        return float(np.sqrt(np.mean(self.errors[channel] ** 2)))
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of squared whitened errors [nats]."""
+        return 0.5 * float(self.fit.residual @ self.fit.residual)
+
+
+def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...]) -> Replay:
+    """Replay a machine as it is; only the nuisances are free."""
+    problem = Problem(layout, machine, (run,), (noise,), pinned=True)
+    fit = minimise(problem, np.zeros(problem.size), 6)
+    errors = [e[0] - e[0].mean() for e in problem.errors(fit.u[None], 0)]
+    return Replay(run, tuple(errors), fit)
+
+
+def channel_noise(
+    train: tuple[Run, ...], noise: tuple[tuple[Noise, ...], ...], run: Run
+) -> tuple[Noise, ...]:
+    """For each channel of a run, the noise of the first training run that measured it."""
+    known: dict[str, Noise] = {}
+    for r, models in zip(train, noise, strict=True):
+        for samples, model in zip(r.samples, models, strict=True):
+            known.setdefault(samples.channel, model)
+    return tuple(known[s.channel] for s in run.samples if s.channel in known)
+
+
+def judged(run: Run, train: tuple[Run, ...]) -> Run:
+    """The run without channels that no training run measured."""
+    known = {s.channel for r in train for s in r.samples}
+    return replace(run, samples=tuple(s for s in run.samples if s.channel in known))
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Replays of the three machines on every run, in the order of the runs."""
+
+    runs: tuple[Run, ...]
+    replays: dict[str, tuple[Replay, ...]]
+    noise_std: tuple[tuple[float, ...], ...]
+
+    def pooled(self, state: str, role: str) -> float:
+        """Rms over all position samples of a role, each channel relative to its noise."""
+        parts = [
+            e / s
+            for r, replayed in enumerate(self.replays[state])
+            if self.runs[r].role == role
+            for e, s in zip(replayed.errors, self.noise_std[r], strict=True)
+        ]
+        return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else float("nan")
+
+    def gains(self, role: str) -> list[float]:
+        """Held-out gain [nats] of explained over retuned, for each run of a role."""
+        both = zip(self.replays["retuned"], self.replays["explained"], strict=True)
+        return [a.cost - b.cost for r, (a, b) in enumerate(both) if self.runs[r].role == role]
+
+
+def prove(
+    layout: Layout,
+    machines: dict[str, Machine],
+    runs: tuple[Run, ...],
+    train: tuple[Run, ...],
+    noise: tuple[tuple[Noise, ...], ...],
+) -> Proof:
+    """Replay nominal, retuned and explained machine on every run."""
+    runs = tuple(judged(run, train) for run in runs)
+    models = [channel_noise(train, noise, run) for run in runs]
+    replays = {
+        state: tuple(replay(layout, machine, run, n) for run, n in zip(runs, models, strict=True))
+        for state, machine in machines.items()
+    }
+    std = tuple(tuple(n.marginal for n in model) for model in models)
+    return Proof(runs, replays, std)

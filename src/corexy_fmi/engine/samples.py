@@ -1,0 +1,106 @@
+"""Recordings as the engine sees them: what drove a run, and what was measured when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from corexy_fmi.kernel.call import Array, Excitation
+from corexy_fmi.machine import Machine
+from corexy_fmi.recording import Recording
+from corexy_fmi.simulate import excitation
+
+OUTPUT_OF = {
+    "x": "x",
+    "y": "y",
+    "vx": "vx",
+    "vy": "vy",
+    "ax": "ax",
+    "ay": "ay",
+    "phi1_meas": "phi1",
+    "phi2_meas": "phi2",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """One measured channel of a run: where it took samples and what they were.
+
+    ``index`` (m,) rows of the run, ``value`` (m,) in the channel's unit; ``breaks`` (m,) is True
+    where a sample does not follow the one before it at the channel's usual spacing.
+    """
+
+    channel: str
+    index: np.ndarray
+    value: Array
+    breaks: np.ndarray
+
+    @staticmethod
+    def of(channel: str, values: Array, keep: np.ndarray) -> Samples:
+        """The finite samples of a channel (n,) among the rows to keep (n,)."""
+        index = np.flatnonzero(np.isfinite(values) & keep)
+        gaps = np.diff(index, prepend=index[:1] - 1)
+        usual = np.median(gaps[1:]) if len(index) > 1 else 1
+        return Samples(channel, index, values[index], np.r_[True, gaps[1:] != usual])
+
+    def without(self, drop: np.ndarray) -> Samples:
+        """The same channel without some of its samples, (m,) True where dropped."""
+        kept = np.flatnonzero(~drop)
+        torn = np.diff(kept, prepend=kept[:1] - 1) > 1
+        return Samples(self.channel, self.index[kept], self.value[kept], self.breaks[kept] | torn)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One recording, or the part of it in use: excitation, samples, and its role."""
+
+    name: str
+    role: str  # "train" or "holdout"
+    recording: Recording
+    excitation: Excitation
+    samples: tuple[Samples, ...]
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Kernel outputs of the measured channels."""
+        return tuple(OUTPUT_OF[s.channel] for s in self.samples)
+
+    @property
+    def count(self) -> int:
+        """Number of scalar samples."""
+        return sum(len(s.index) for s in self.samples)
+
+    def with_samples(self, samples: tuple[Samples, ...]) -> Run:
+        """The same run judged on other samples."""
+        return replace(self, samples=samples)
+
+
+def make_run(
+    recording: Recording, machine: Machine, role: str, keep: np.ndarray | None = None
+) -> Run:
+    """A run of a recording; ``keep`` (n,) are the rows whose samples count."""
+    rows = np.ones(len(recording.time), dtype=bool) if keep is None else keep
+    dc = machine.drive == "dc"
+    names = [c for c in recording.measured if c in OUTPUT_OF and (dc or not c.startswith("phi"))]
+    samples = tuple(Samples.of(c, recording.channels[c], rows) for c in names)
+    samples = tuple(s for s in samples if len(s.index) > 20)
+    return Run(recording.name, role, recording, excitation(machine, recording), samples)
+
+
+def split_in_time(
+    recording: Recording, machine: Machine, gap: float, share: float = 0.3
+) -> tuple[Run, Run]:
+    """The first part for fitting and the last ``share`` for judging, ``gap`` [s] left out.
+
+    Both run from the recording's start, so that the later part's state is the simulated one.
+    """
+    time = recording.time
+    border = time[-1] - share * (time[-1] - time[0])
+    early, late = (
+        time <= border,
+        time > min(border + gap, time[-1] - 0.1 * share * (time[-1] - time[0])),
+    )
+    return make_run(recording, machine, "train", early), make_run(
+        recording, machine, "holdout", late
+    )

@@ -1,0 +1,170 @@
+"""What a fit may move: nominal parameters with priors, an effect's own, and a free-form law's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from corexy_fmi.effects.api import Effect
+from corexy_fmi.effects.api import Parameter as EffectParameter
+from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.layout import (
+    FREE_FORM_ARGUMENTS,
+    FREE_FORM_LOCATIONS,
+    FREE_FORM_SIZE,
+    KNOTS,
+    Instance,
+    Layout,
+)
+from corexy_fmi.machine import Machine
+from corexy_fmi.parameters import NOMINAL
+
+STIFFNESS = (
+    "belt_axial_stiffness"  # lags are sums of friction over stiffness: it alone is logarithmic
+)
+SMOOTHING = "friction_smoothing"  # numerics of sgn: a nuisance, always free (ENGINE 3.2, row 1)
+SMOOTH_SPEED = 2e-4  # [m/s] its scale
+REACH = 6.0  # a nominal parameter stays within this factor of the machine file
+COLLINEAR = ("pulley_mass",)  # acts through M alone, as bridge_mass does (eq. 4)
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number of the kernel's vector that a fit moves, on an internal scale u.
+
+    value = centre exp(u) where ``log``, else centre + scale u; the prior on u is normal around
+    ``prior_mean`` with ``prior_std`` (infinite: none).  ``bounds`` are of the value.
+    """
+
+    key: str
+    index: int
+    centre: float
+    scale: float
+    log: bool
+    bounds: tuple[float, float]
+    prior_std: float = math.inf
+
+    def value(self, u: Array | float) -> Array:
+        """Physical value at u."""
+        raw = (
+            self.centre * np.exp(np.clip(u, -60, 60))
+            if self.log
+            else self.centre + self.scale * np.asarray(u)
+        )
+        return np.clip(raw, *self.bounds)
+
+    def internal(self, value: float) -> float:
+        """u at a physical value."""
+        inside = min(max(value, self.bounds[0]), self.bounds[1])
+        return math.log(inside / self.centre) if self.log else (inside - self.centre) / self.scale
+
+    def limits(self) -> tuple[float, float]:
+        """Bounds of u."""
+        low, high = self.bounds
+        if not self.log:
+            return (low - self.centre) / self.scale, (high - self.centre) / self.scale
+        return (math.log(low / self.centre) if low > 0 else -40.0), math.log(high / self.centre)
+
+
+@dataclass(frozen=True)
+class LawShape:
+    """A free-form law to be fitted: where it acts, on what it depends, and its knots."""
+
+    location: str
+    argument: str
+    knots: tuple[float, ...]
+    scale: float  # [N] or [N m]: the size that its values are expected to have
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """What is assumed to be missing: a set of (effect, location), a free-form law, or nothing."""
+
+    uses: tuple[Instance, ...] = ()
+    law: LawShape | None = None
+
+    @property
+    def key(self) -> tuple[tuple[str, str], ...]:
+        """Names and locations, sorted."""
+        found = [(i.effect.name, i.location) for i in self.uses]
+        if self.law:
+            found.append(("free_form", self.law.location))
+        return tuple(sorted(found))
+
+    @property
+    def label(self) -> str:
+        """For a person to read."""
+        law = f" over {self.law.argument}" if self.law else ""
+        return " + ".join(f"{n} at {loc}" for n, loc in self.key) + law or "nothing"
+
+
+def nominal_unknowns(machine: Machine, frees_rotor: bool) -> list[Unknown]:
+    """The nominal parameters that these data can move and that the machine file leaves free."""
+    idle = set(COLLINEAR)
+    if machine.drive == "stepper":
+        idle |= {"motor_torque_gain", "motor_damping_gain"}
+        if not frees_rotor:
+            idle.add("motor_inertia")
+    result = []
+    idle.add(SMOOTHING)
+    for index, p in enumerate(NOMINAL):
+        std, value = machine.rel_std[p.name], machine.parameters[p.name]
+        if std <= 0 or p.name in idle or value <= 0:
+            continue
+        low, high = max(p.lower, value / REACH), min(p.upper, value * REACH)
+        log = p.name == STIFFNESS
+        scale = 1.0 if log else value
+        result.append(Unknown(p.name, index, value, scale, log, (low, high), std))
+    index = [p.name for p in NOMINAL].index(SMOOTHING)
+    centre, typical = machine.parameters[SMOOTHING], SMOOTH_SPEED
+    result.append(Unknown(SMOOTHING, index, centre, typical, False, (0.0, 20 * typical), 2.0))
+    return result
+
+
+def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> Unknown:
+    start = next((s for s in parameter.starts if s), 1.0)
+    scale = abs(start) if not parameter.periodic else 1.0
+    log = parameter.log
+    centre = abs(start) if log else parameter.neutral
+    bounds = (parameter.lower, parameter.upper)
+    if parameter.periodic:
+        bounds = (-4 * parameter.periodic, 4 * parameter.periodic)
+    if log and parameter.lower <= 0:
+        bounds = (parameter.upper * 1e-6, parameter.upper)
+    key = f"{instance.effect.name}.{instance.location}.{parameter.name}"
+    return Unknown(key, instance.parameter + k, centre, scale, log, bounds)
+
+
+def effect_unknowns(instance: Instance) -> list[Unknown]:
+    """The parameters of one effect at one location."""
+    return [_effect_unknown(instance, k, p) for k, p in enumerate(instance.effect.parameters)]
+
+
+def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
+    """The values of a free-form law at its knots, with a wide prior that keeps them finite."""
+    first = _law_offset(layout, law) + 2 + KNOTS
+    limit = (-1e4 * law.scale, 1e4 * law.scale)
+    return [
+        Unknown(
+            f"free_form.{law.location}.values[{i}]", first + i, 0.0, law.scale, False, limit, 30.0
+        )
+        for i in range(len(law.knots))
+    ]
+
+
+def _law_offset(layout: Layout, law: LawShape) -> int:
+    return layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
+
+
+def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
+    """Write a law's argument and knots into a parameter vector, its values at zero."""
+    first = _law_offset(layout, law)
+    vector[first : first + 2] = FREE_FORM_ARGUMENTS.index(law.argument), len(law.knots)
+    vector[first + 2 : first + 2 + len(law.knots)] = law.knots
+
+
+def frees_rotor(effects: list[Effect]) -> bool:
+    """Whether any of these effects makes the motor angles degrees of freedom."""
+    return any(e.frees_rotor for e in effects)

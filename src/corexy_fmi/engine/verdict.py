@@ -1,0 +1,82 @@
+"""The verdict: what the competition and the held-out data allow to be said (CONTRACT 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from corexy_fmi.engine.name import THRESHOLD, Competition, Entry
+from corexy_fmi.engine.prove import Proof
+
+SURE = 0.95
+AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
+CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
+WEAK_GAIN = 40.0  # [nats] below which an unconfirmed effect is a false alarm
+CLASS_SHARE = 0.02  # members of a class have at least this share of the best one's probability
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """The word, the entry it stands on, and the classes of equals."""
+
+    word: str
+    entry: Entry | None
+    classes: tuple[tuple[tuple[tuple[str, str], ...], ...], ...] = ()
+
+
+def excess_removed(retuned: float, explained: float, noise: float) -> float:
+    """(retuned^2 - explained^2) / (retuned^2 - noise^2), 0 where there is no excess."""
+    excess = retuned**2 - noise**2
+    return (retuned**2 - explained**2) / excess if excess > 1e-12 * retuned**2 else 0.0
+
+
+def confirmed(proof: Proof) -> bool:
+    """Whether held-out data agree: near the noise or half of the excess gone, and a gain each."""
+    gains = proof.gains("holdout")
+    if not gains:
+        return True
+    retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
+    near = explained <= AGREES or excess_removed(retuned, explained, 1.0) >= HALF
+    return near and all(g > 0 for g in gains) and sum(gains) > CONFIRMED
+
+
+def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
+    """Keys of the entries that the data cannot tell from the best one."""
+    shares = dict(
+        zip((e.hypothesis.key for e in competition.entries), competition.probability, strict=True)
+    )
+    top = shares[best.hypothesis.key]
+    near = [
+        key for key, p in shares.items() if p >= CLASS_SHARE * top and key != best.hypothesis.key
+    ]
+    return (best.hypothesis.key, *near)
+
+
+def decide(competition: Competition, proof: Proof | None) -> Verdict:
+    """The verdict of a competition; held-out data may lower it, never choose."""
+    best = competition.best
+    if best is None:
+        return _nothing_or_retuned(competition)
+    agrees = proof is None or confirmed(proof)
+    if best.hypothesis.law:
+        return Verdict("unexplained", best) if agrees else _refuted(best)
+    if not agrees:
+        return _refuted(best)
+    chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
+    if chance >= SURE:
+        return Verdict("explained", best)
+    return Verdict("ambiguous", best, (rivals(competition, best),))
+
+
+def _refuted(best: Entry) -> Verdict:
+    """Held-out data contradict the winner: it is not put into the machine."""
+    return Verdict("unexplained" if best.gain > WEAK_GAIN else "nothing_missing", None)
+
+
+def _nothing_or_retuned(competition: Competition) -> Verdict:
+    """Nothing pays; but where retuning went far, an effect that fits as well is named beside it."""
+    fit = competition.retuned
+    pulls = [abs(fit.u[k]) / x.prior_std for k, x in enumerate(fit.problem.unknowns)]
+    close = [e for e in competition.entries if e.hypothesis.uses and e.gain > 0]
+    if pulls and max(pulls) > 3 and close and close[0].gain > THRESHOLD / 2:
+        return Verdict("ambiguous", close[0], ((close[0].hypothesis.key, ()),))
+    return Verdict("nothing_missing", None)
