@@ -1,0 +1,148 @@
+"""A concealed case: drawn from a seed, scaled to a wanted evidence, written and sealed."""
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .evidence import Model
+from .force import planted_force
+from .machines import base, machine_toml
+from .recording import csv_text
+from .scale import Retuning, clean, judge, to_target, true_machine
+from .sensors import jittered, noisy
+from .world import FILES, World, choose, draw_world, experiment_of, stream
+
+KINDS, SHARES = ("effect", "pair", "null", "outside"), (0.6, 0.1, 0.2, 0.1)
+TARGETS = (150.0, 300.0, 1000.0, 5000.0)
+FILE_LIMIT = (0.4, 2.5)  # a machine file stays within these factors of the base
+
+
+@dataclass(frozen=True)
+class Case:
+    """Recordings (CSV text), machine file and sealed truth of one concealed case."""
+
+    truth: dict
+    machine_toml: str
+    train: dict
+    holdout: dict
+    train_clean: dict
+    holdout_clean: dict
+    planted_force: dict | None
+    world: World
+
+
+def concealing_machine(world, theta):
+    """The machine file that hides the effect as well as nominal parameters can."""
+    start = base(world.base_name, world.drive)
+    tuned = Model(experiment_of(world)).values(theta)
+    low, high = FILE_LIMIT
+    values = {n: float(np.clip(tuned[n], low * start[n], high * start[n])) for n in start}
+    return machine_toml(values, world.drive)
+
+
+def record(world, planted):
+    """CSV texts and noise-free channels of the three runs."""
+    w = true_machine(world, planted)
+    still = [*clean(world, planted), *clean(world, planted, train=False)]
+    texts = {}
+    for i, (name, run) in enumerate(zip(FILES, world.runs, strict=True)):
+        rng = stream(world.seed, "samples" + name)
+        seen = still[i]
+        if world.noise["jitter"] > 0.0:
+            seen = jittered(rng, w, run, world.noise)
+        shown = noisy(rng, run, seen, world.masks[i], world.noise)
+        taken = {name: mask for name, (_, _, mask) in world.masks[i].items()}
+        texts[name] = csv_text(run, shown, taken, world.drive)
+    return texts, dict(zip(FILES, still, strict=True))
+
+
+def assemble(world, planted, toml, truth):
+    texts, still = record(world, planted)
+    train, hold = FILES[:2], FILES[2:]
+    return Case(
+        truth, toml,
+        {n: texts[n] for n in train}, {n: texts[n] for n in hold},
+        {n: still[n] for n in train}, {n: still[n] for n in hold},
+        planted_force(world, planted), world,
+    )  # fmt: skip
+
+
+def described(one):
+    return {
+        "name": one.effect.name,
+        "location": one.location,
+        "parameters": one.parameters(),
+        "form": one.form,
+    }
+
+
+def scaled_and_judged(world, planted, target):
+    """Sizes that meet the target; E, E_sep, rival of each; theta of the retuned nominal model."""
+    if len(planted) == 1:
+        one, retuning = to_target(world, planted[0], target)
+        return (one,), [judge(world, (one,), 0, retuning)], retuning.theta
+    planted = tuple(to_target(world, one, target, thorough=False)[0] for one in planted)
+    verdicts = [judge(world, planted, i) for i in range(len(planted))]
+    nominal = Retuning(world)
+    evidence = nominal.fit(planted, 1.0, 2)
+    if not planted:
+        verdicts = [{"E": evidence, "E_sep": 0.0, "nearest_rival": None}]
+    return planted, verdicts, nominal.theta
+
+
+def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=None,  # noqa: N803
+         noise=None, machine=None):  # fmt: skip
+    """A case from its seed; whatever is None is drawn. Same arguments, same bytes."""
+    rng = stream(seed, "case")
+    drawn_kind, drawn_target = rng.choice(KINDS, p=SHARES), rng.choice(TARGETS)
+    kind = str(kind or ("effect" if effect else drawn_kind))
+    target = float(target_E or drawn_target)
+    world = draw_world(seed, setting, machine, noise, kind)
+    planted = choose(seed, world, kind, effect, location)
+    planted, verdicts, theta = scaled_and_judged(world, planted, target)
+    truth = {
+        "kind": kind,
+        "effects": [described(one) for one in planted],
+        "E": min(v["E"] for v in verdicts),
+        "E_sep": min(v["E_sep"] for v in verdicts),
+        "nearest_rival": min(verdicts, key=lambda v: v["E_sep"])["nearest_rival"],
+        "each": verdicts,
+        "target_E": None if kind == "null" else target,
+        "setting": world.setting,
+        "base": world.base_name,
+        "noise": world.noise,
+        "nominal": world.values,
+        "deflection": [run.deflection for run in world.runs],
+        "seed": seed,
+    }
+    return assemble(world, planted, concealing_machine(world, theta), truth)
+
+
+def twin(case):
+    """The same motion, noise seed and machine file, with the effect off."""
+    truth = case.truth | {"kind": "null", "effects": [], "twin_of": case.truth["effects"]}
+    truth |= {"E": 0.0, "E_sep": 0.0, "nearest_rival": None, "each": [], "target_E": None}
+    return assemble(case.world, (), case.machine_toml, truth)
+
+
+def write(case, folder):
+    """What an engine may see; the truth is not among it."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {"machine.toml": case.machine_toml, **case.train, **case.holdout}
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def seal(case):
+    """SHA-256 of salt + canonical JSON of the truth, and those bytes, to be opened later."""
+    text = json.dumps(case.truth, sort_keys=True, separators=(",", ":"))
+    sealed = os.urandom(16).hex().encode() + text.encode()
+    return hashlib.sha256(sealed).hexdigest(), sealed
+
+
+__all__ = ["Case", "draw", "seal", "twin", "write"]

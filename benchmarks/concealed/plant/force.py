@@ -1,0 +1,62 @@
+"""The force on x and y that an effect adds, along the true motion."""
+
+import numpy as np
+from numba import njit
+
+from .kernel import accelerate, dry_level
+from .layout import N_COORD, PUSH, SLOT, A, F, Q, V
+from .machines import pack
+from .motions import STEP
+from .recording import trajectory
+from .scale import true_machine
+
+KIND, SIZE = SLOT["odd_kind"], SLOT["odd_size"]
+FORCE_X = SLOT["force_x"]
+
+
+@njit(cache=True)
+def stage_forces(w, qs, vs):
+    """Forces on x, y but dry friction at given states."""
+    out = np.empty((qs.shape[0], 2))
+    for n in range(qs.shape[0]):
+        for i in range(N_COORD):
+            w[Q + i], w[V + i] = qs[n, i], vs[n, i]
+        w[PUSH], w[PUSH + 1] = w[FORCE_X], w[FORCE_X + 1]
+        accelerate(w, Q, V, F, A, 0.0)
+        out[n, 0], out[n, 1] = w[F], w[F + 1]
+    return out
+
+
+@njit(cache=True)
+def extra_friction(w, plain, forces, vs, modes):
+    """Dry friction on x, y beyond what the plain machine's could be at the same instant."""
+    out = np.zeros((vs.shape[0], 2))
+    for n in range(vs.shape[0]):
+        for i in range(2):
+            most = dry_level(plain, i, 0.0)
+            if modes[n, i] == 0.0:
+                over = max(abs(forces[n, i]) - most, 0.0)
+                out[n, i] = -over if forces[n, i] > 0.0 else over
+            else:
+                out[n, i] = -modes[n, i] * (dry_level(w, i, vs[n, i]) - most)
+    return out
+
+
+def along(w, plain, run):
+    """Added force at each row of a run, columns x and y."""
+    qs, vs, modes, _ = trajectory(w, run)
+    forces = stage_forces(w.copy(), qs, vs)
+    added = forces - stage_forces(plain.copy(), qs, vs)
+    if w[KIND] >= 7.0:
+        added[:, int(w[KIND]) - 7] += w[SIZE] * run.gusts[:, int(w[KIND]) - 7]
+    return added + extra_friction(w, plain, forces, vs, modes)
+
+
+def planted_force(world, planted):
+    """Per training run: time [s] and added force [N] on x, y; None where none acts there."""
+    if not planted or not all(one.effect.on_stage for one in planted):
+        return None
+    w = true_machine(world, planted)
+    plain = pack(world.values, world.drive)
+    forces = [along(w, plain, run) for run in world.runs[:2]]
+    return {"time": [np.arange(len(f)) * STEP for f in forces], "force": forces}

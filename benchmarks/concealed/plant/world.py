@@ -1,0 +1,114 @@
+"""What a case consists of before anything is simulated: machine, motions, noise, effects."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import effects, outside
+from .evidence import Experiment
+from .machines import BASES, base, draw_truth, free_names
+from .motions import STEP, draw_motion
+from .planted import Planted
+from .recording import Run
+from .sensors import draw_masks, noise_spec
+
+SETTINGS = ("rectangles", "commissioning", "dc")
+FILES = ("train1.csv", "train2.csv", "holdout1.csv")
+
+
+@dataclass(frozen=True)
+class World:
+    """All that fixes a case's recordings but the planted effects."""
+
+    seed: int
+    setting: str
+    base_name: str
+    values: dict
+    runs: tuple
+    masks: tuple
+    noise: dict
+
+    @property
+    def drive(self):
+        return "dc" if self.setting == "dc" else "stepper"
+
+
+def stream(seed, what):
+    return np.random.default_rng([seed, int.from_bytes(what.encode(), "big") % 2**31])
+
+
+def draw_runs(seed, setting, name, values):
+    """Two training motions and a held-out one, with what belongs to each recording."""
+    rng, runs = stream(seed, "motion"), []
+    give = 0.6 * np.array([values["carriage_coulomb_friction"], values["bridge_coulomb_friction"]])
+    rate = 10.9 * values["belt_axial_stiffness"]
+    for _ in FILES:
+        ref = draw_motion(rng, setting, name, values, rng.uniform(8.0, 9.5))
+        bend = tuple((rng.uniform(-1, 1, 2) * give / rate).tolist())
+        every = 10 if setting == "rectangles" else 1
+        runs.append(Run(ref, bend, float(rng.uniform(-1, 1)), gusts(rng, len(ref)), every))
+    return tuple(runs)
+
+
+def gusts(rng, rows):
+    """Unit pattern of some bell-shaped pushes at random instants, one column for each axis."""
+    t, out = np.arange(rows) * STEP, np.zeros((rows, 2))
+    for axis in range(2):
+        for _ in range(8):
+            at, width = rng.uniform(0.5, t[-1]), rng.uniform(0.04, 0.25)
+            out[:, axis] += rng.uniform(-1, 1) * np.exp(-0.5 * ((t - at) / width) ** 2)
+    return out / np.abs(out).max(axis=0)
+
+
+def draw_world(seed, setting, machine, noise, kind):
+    rng = stream(seed, "world")
+    drawn = SETTINGS[rng.integers(0, 3)]
+    setting = setting or drawn
+    drive = "dc" if setting == "dc" else "stepper"
+    name = machine or str(rng.choice(list(BASES), p=(0.5, 0.25, 0.25)))
+    values = draw_truth(rng, base(name, drive))
+    runs = draw_runs(seed, setting, name, values)
+    spec = noise_spec(stream(seed, "noise"), setting, kind, noise)
+    masks = draw_masks(stream(seed, "masks"), spec, runs, drive)
+    return World(seed, setting, name, values, runs, masks, spec)
+
+
+def draw_planted(rng, drive, entry, location):
+    """An effect of middling size at a location, its shape and form drawn."""
+    location = location or str(rng.choice(entry.locations))
+    if drive not in entry.drives or location not in entry.locations:
+        raise ValueError(f"{entry.name} at {location!r} is not possible with drive {drive!r}")
+    sign = -1.0 if entry.signed and rng.random() < 0.5 else 1.0
+    size = sign * float(np.sqrt(entry.bounds[0] * entry.bounds[1]))
+    return Planted(entry, location, size, entry.shape(rng), entry.form(rng, drive))
+
+
+def choose(seed, world, kind, effect, location):
+    """The effects of a case, sizes still to be scaled."""
+    rng = stream(seed, "effect")
+    if kind == "null":
+        return ()
+    table = outside.BY_NAME if kind == "outside" else effects.BY_NAME
+    known = [e for e in table.values() if world.drive in e.drives]
+    wanted = [effect] if isinstance(effect, str) else list(effect or ())
+    places = [location] if isinstance(location, str) else list(location or ())
+    for name in wanted:
+        if name not in table:
+            raise ValueError(f"no effect {name!r}; known: {', '.join(table)}")
+    while len(wanted) < (2 if kind == "pair" else 1):
+        wanted.append(str(rng.choice([e.name for e in known if e.name not in wanted])))
+    places += [None] * (len(wanted) - len(places))
+    planted = [draw_planted(rng, world.drive, table[n], p)
+               for n, p in zip(wanted, places, strict=True)]  # fmt: skip
+    if world.drive == "stepper" and "stepper_compliance" in wanted:
+        planted = [replace(p, form=p.form | {"form": 0.0, "hold": 5e-4})
+                   if p.effect.name == "backlash" else p for p in planted]  # fmt: skip
+    return tuple(planted)
+
+
+def experiment_of(world, train=True):
+    """The training (or held-out) recordings as the fit sees them."""
+    which = slice(0, 2) if train else slice(2, 3)
+    start = base(world.base_name, world.drive)
+    free = tuple(free_names(world.drive))
+    return Experiment(world.drive, start, free, world.runs[which], world.masks[which])

@@ -1,0 +1,101 @@
+"""The plant's own effects, each against what its sentence in the contract says."""
+
+import hashlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import plant
+from plant import bends, force, kernel, solver
+from plant.effects import BY_NAME
+from plant.machines import base, pack
+from plant.motions import STEP
+from plant.recording import Run, channels
+
+SECONDS, TURN, GAP = 2.0, 1.5, 0.1
+IDLERS = [f"pulley{i}" for i in range(3, 11)]
+
+
+def run_of(motor1, motor2):
+    ref = np.column_stack([motor1, motor2])
+    return Run(ref, (0.0, 0.0), 0.0, np.zeros_like(ref), 1)
+
+
+def seen(drive, run, slots=None):
+    values = base("yin2018", drive)
+    return channels(pack(values, drive, {"smooth_speed": 0.0} | (slots or {})), run)
+
+
+def there_and_back(motor):
+    """One motor slowly up and down, twice; the other one still."""
+    t = np.arange(0.0, 2 * SECONDS, STEP)
+    turning = TURN * np.sin(2 * np.pi * t / SECONDS)
+    return t, run_of(*((turning, 0 * t) if motor == "motor1" else (0 * t, turning)))
+
+
+def lost_motion(out, t, motor):
+    """Belt travel rising less falling, at the middle of the second round [m]."""
+    travel = out["x"] + (1.0 if motor == "motor1" else -1.0) * out["y"]
+    falling, rising = np.interp([1.5 * SECONDS, 2.0 * SECONDS - STEP], t, travel)
+    return falling - rising
+
+
+@pytest.mark.parametrize("motor", ["motor1", "motor2"])
+@pytest.mark.parametrize(
+    "form", [{"form": 0.0, "hold": 0.0}, {"form": 0.0, "hold": 5e-4}, {"form": 1.0}]
+)
+def test_backlash_loses_its_gap_at_each_reversal(form, motor):
+    t, run = there_and_back(motor)
+    slots = BY_NAME["backlash"].slots(motor, {"gap": GAP}, form)
+    lost = lost_motion(seen("stepper", run, slots), t, motor) - lost_motion(
+        seen("stepper", run), t, motor
+    )
+    assert lost == pytest.approx(GAP * base("yin2018", "stepper")["pulley_radius"], rel=0.1)
+
+
+def test_play_follows_the_hysteresis_operator():
+    t, run = there_and_back("motor1")
+    slots = BY_NAME["backlash"].slots("motor1", {"gap": GAP}, {"form": 1.0})
+    belt_side, way = 0.0, []
+    for phi in run.ref[:, 0]:
+        belt_side = min(max(belt_side, phi - GAP / 2), phi + GAP / 2)
+        way.append(belt_side)
+    with_play = seen("stepper", run, slots)
+    without = seen("stepper", run_of(way, 0 * t))
+    for axis in "xy":
+        assert with_play[axis] == pytest.approx(without[axis], abs=2e-6)
+
+
+@pytest.mark.parametrize("drive", ["stepper", "dc"])
+@pytest.mark.parametrize("pulley", IDLERS)
+def test_eccentric_idlers_move_the_stage(pulley, drive):
+    t = np.arange(0.0, SECONDS, STEP)
+    run = run_of(4.0 * np.sin(np.pi * t / SECONDS) ** 2, 2.0 * np.sin(2 * np.pi * t / SECONDS))
+    slots = BY_NAME["pulley_eccentricity"].slots(pulley, {"amplitude": 1e-4, "phase": 0.5}, {})
+    out, plain = seen(drive, run, slots), seen(drive, run)
+    moved = max(np.abs(out[axis] - plain[axis]).max() for axis in "xy")
+    assert 5e-6 < moved < 4e-4
+
+
+@pytest.mark.parametrize(("pulley", "turns"), [(7, False), (8, True), (9, True), (10, False)])
+def test_run_out_sits_at_the_idler_that_was_named(pulley, turns):
+    """Motor 1 alone turns 8 and 9, and only them among the fixed idlers."""
+    _, run = there_and_back("motor1")
+    phased = {"amplitude": 2e-4, "phase": 0.5}
+    slots = BY_NAME["pulley_eccentricity"].slots(f"pulley{pulley}", phased, {})
+    moved = np.abs(seen("stepper", run, slots)["x"] - seen("stepper", run)["x"]).max()
+    assert (moved > 1e-5) == turns
+    assert (moved < 2e-6) != turns
+
+
+def test_compiled_code_belongs_to_these_sources():
+    """Compiled code of a file holds slots of layout.py, and may not outlive a change there."""
+    here = Path(plant.__file__).parent
+    sources = b"".join(p.read_bytes() for p in sorted(here.glob("*.py")))
+    wanted = hashlib.sha256(sources).hexdigest()[:12]
+    for compiled in (bends.belt, kernel.accelerate, solver.simulate, force.stage_forces):
+        assert wanted in Path(compiled.stats.cache_path).parts
