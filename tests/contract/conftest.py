@@ -1,0 +1,47 @@
+"""Running the command as an outsider does: another process, another folder."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from corexy_fmi.machine import load_machine
+from corexy_fmi.motion import command
+from corexy_fmi.recording import Recording, write_recording
+from corexy_fmi.rectangle import Rectangle
+
+
+@pytest.fixture
+def corexy(tmp_path):
+    """Runs ``python -m corexy_fmi`` with the given words in an empty folder."""
+
+    def run(*words: object, timeout: float = 120) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-W", "error", "-m", "corexy_fmi", *map(str, words)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+        )
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def measured(tmp_path_factory) -> Path:
+    """A recording with inputs and measurements: yin2018 over a small rectangle, with some noise."""
+    import numpy as np
+
+    from corexy_fmi.simulate import simulate
+
+    shape, machine = Rectangle(0.02, 0.015, 0.039, 2), load_machine("yin2018")
+    run = simulate(machine, command(shape.motion, machine.parameters["pulley_radius"]))
+    noise = np.random.default_rng(1)
+    channels = {name: run[name] for name in ("phi1", "phi2")}
+    channels |= {name: run[name] + 2e-5 * noise.normal(size=len(run)) for name in ("x", "y")}
+    path = tmp_path_factory.mktemp("data") / "measured.csv"
+    write_recording(Recording(path.name, run.time, channels), path)
+    return path

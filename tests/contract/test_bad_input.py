@@ -1,0 +1,125 @@
+"""Bad input: status 2, one line on stderr that says what and where, nothing written."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from corexy_fmi.commands.diagnose import expand_holdouts
+
+SMALL = ("--width", "0.02", "--height", "0.015", "--speed", "0.039")
+GOOD = "time,phi1,phi2,x\n0,0,0,0\n0.1,0.1,0,0\n"
+FILES = {
+    "good.csv": GOOD,
+    "word.csv": "time,phi1,phi2,x\n0,0,0,0\n0.1,zero,0,0\n",
+    "back.csv": "time,phi1,phi2,x\n0,0,0,0\n0,0,0,0\n",
+    "blind.csv": "time,phi1,phi2\n0,0,0\n0.1,0,0\n",
+    "volts.csv": "time,V1,V2,x\n0,0,0,0\n0.1,0,0,0\n",
+    "typo.toml": "[parameters]\ncarriage_mas = 0.1\n",
+    "open.toml": "[machine]\ndrive = 'dc'\n",
+    "effect.py": "EFFECT = 3\n",
+    "raw.csv": "#time,accel_x,accel_y,accel_z\n0,0,0,0\n1,1,1,1\n",
+}
+KLIPPER = ("import", "klipper", "raw.csv", "--speed", "0.1", "--accel", "1", "--out", "o.csv")
+RECTANGLE = ("rectangle", *SMALL, "--plant", "model", "--out", "o.csv")
+BAD = {
+    "unknown command": (("diagnos",), "diagnos"),
+    "unknown option": (("effects", "--jsn"), "--jsn"),
+    "missing option": (("rectangle", "--width", "1"), "--height"),
+    "option no number": (("rectangle", "--width", "wide"), "--width"),
+    "unknown plant": ((*RECTANGLE, "--plant", "fma"), "--plant"),
+    "absent recording": (("simulate", "none.csv", "--out", "o.csv"), "none.csv: No such file"),
+    "cell no number": (
+        ("simulate", "word.csv", "--out", "o.csv"),
+        "word.csv, line 3, column phi1: found 'zero', expected a finite number",
+    ),
+    "time": (("diagnose", "back.csv", "--out", "o"), "back.csv, line 3, column time"),
+    "nothing measured": (("diagnose", "blind.csv", "--out", "o"), "no measured samples, expected"),
+    "same file twice": (("diagnose", "good.csv", "good.csv", "--out", "o"), "given twice"),
+    "judge is the judged": (
+        ("diagnose", "good.csv", "--out", "o", "--holdout", "good.csv"),
+        "given twice",
+    ),
+    "bad holdout": (
+        ("diagnose", "good.csv", "--holdout", "blind.csv", "word.csv", "--out", "o"),
+        "blind.csv: no measured",
+    ),
+    "drive": (
+        ("diagnose", "volts.csv", "--machine", "gt2_printer", "--out", "o"),
+        "no columns phi1, phi2",
+    ),
+    "unknown machine": ((*RECTANGLE, "--machine", "yin2817"), "nearest known: yin2018"),
+    "machine's key": (
+        (*RECTANGLE, "--machine", "typo.toml"),
+        "unknown parameter 'carriage_mas'; nearest known: carriage_mass",
+    ),
+    "dc without loop": ((*RECTANGLE, "--machine", "open.toml"), "no [controller], expected"),
+    "off the stage": ((*RECTANGLE, "--width", "0.19"), "leaves the stage"),
+    "negative size": ((*RECTANGLE, "--width", "-1"), "width: found -1.0, expected a positive"),
+    "no speed": ((*RECTANGLE, "--speed", "0"), "speed: found 0.0, expected a positive"),
+    "no acceleration": ((*RECTANGLE, "--accel", "0"), "acceleration: found 0.0, expected"),
+    "no loops": ((*RECTANGLE, "--loops", "0"), "loops: found 0, expected at least 1"),
+    "figure's ending": ((*RECTANGLE, "--plot", "run.doc"), "unknown ending '.doc', expected .png"),
+    "place of a file": (
+        ("rectangle", *SMALL, "--plant", "model", "--out", "good.csv/o.csv"),
+        "cannot be written",
+    ),
+    "place of a folder": (("diagnose", "good.csv", "--out", "good.csv"), "expected a folder"),
+    "unknown effect": (("effects", "backlsh"), "nearest known: backlash"),
+    "own effect": (
+        ("diagnose", "good.csv", "--effects", "effect.py", "--out", "o"),
+        "EFFECT is missing",
+    ),
+    "own effect absent": (
+        ("diagnose", "good.csv", "--effects", "none.py", "--out", "o"),
+        "cannot be loaded",
+    ),
+    "no jobs": (("diagnose", "good.csv", "--jobs", "0", "--out", "o"), "--jobs"),
+    "flavour": (("build", "--flavour", "wasm"), "--flavour"),
+    "format": (("import", "gcode", "raw.csv"), "gcode"),
+    "move": ((*KLIPPER, "--move", "0,0"), "move: found '0,0', expected X0,Y0:X1,Y1"),
+    "move's ends": ((*KLIPPER, "--move", "0,0:a,0"), "move: found 'a,0', expected two numbers"),
+    "move nowhere": ((*KLIPPER, "--move", "0,0:0,0"), "expected two different ends"),
+    "move off the stage": ((*KLIPPER, "--move", "0,0:1,0"), "leaves the stage"),
+    "axes": ((*KLIPPER, "--move", "0,0:0.01,0", "--axes", "z,z"), "axes: found 'z,z'"),
+}
+
+
+@pytest.mark.parametrize(("words", "said"), BAD.values(), ids=BAD)
+def test_bad_input(corexy, tmp_path, words, said):
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    done = corexy(*words)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert done.stdout == ""
+    assert {path.name for path in tmp_path.iterdir()} == set(FILES)
+
+
+def test_holdout_takes_every_file_up_to_the_next_option():
+    words = ["a.csv", "--holdout", "h1.csv", "h2.csv", "--jobs", "2", "--holdout=h3.csv", "h4.csv"]
+    assert expand_holdouts(words) == [
+        "a.csv", "--holdout", "h1.csv", "--holdout", "h2.csv", "--jobs", "2",
+        "--holdout=h3.csv", "--holdout", "h4.csv",
+    ]  # fmt: skip
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_ends_cleanly(tmp_path, number, status):
+    words = ("rectangle", *SMALL, "--loops", "8000", "--plant", "model", "--out", "o.csv")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "corexy_fmi", *words],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell may ignore it
+    )  # fmt: skip
+    time.sleep(6.0)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,208 @@
+"""Noise models, samples, the split in time, and spikes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_kit import NOISE, fitted, machine, problem, record, rich_motion, short_motion
+from scipy.signal import lfilter
+
+from corexy_fmi.engine.clean import spikes, without_spikes
+from corexy_fmi.engine.noise import Noise, estimate, quick_noise, warm_up
+from corexy_fmi.engine.samples import Samples, make_run, split_in_time
+
+COUNT = 6000
+MODELS = {
+    "white": ((), 1.0),
+    "half": ((0.5,), 1.0),
+    "slow": ((0.95,), 0.3),
+    "ringing": ((1.6, -0.8), 0.2),
+}
+
+
+def coloured(coefficients, innovation, count=COUNT, seed=3):
+    white = innovation * np.random.default_rng(seed).normal(size=count + 500)
+    return lfilter([1.0], np.r_[1.0, -np.array(coefficients)], white)[500:]
+
+
+def unbroken(count=COUNT):
+    return np.arange(count) == 0
+
+
+@pytest.mark.parametrize(("coefficients", "innovation"), MODELS.values(), ids=MODELS)
+def test_coefficients_are_recovered(coefficients, innovation):
+    noise = estimate(coloured(coefficients, innovation), unbroken())
+    found = np.zeros(8)
+    found[: len(noise.coefficients)] = noise.coefficients
+    assert found[: len(coefficients)] == pytest.approx(coefficients, abs=0.06)
+    assert np.abs(found[len(coefficients) :]).max(initial=0) < 0.06
+    assert noise.innovation == pytest.approx(innovation, rel=0.05)
+
+
+@pytest.mark.parametrize(("coefficients", "innovation"), MODELS.values(), ids=MODELS)
+def test_whitened_errors_are_white_with_unit_variance(coefficients, innovation):
+    noise = estimate(coloured(coefficients, innovation), unbroken())
+    white = noise.whiten(coloured(coefficients, innovation, seed=4), unbroken())
+    assert white.std() == pytest.approx(1.0, abs=0.05)
+    lags = [np.corrcoef(white[k:], white[:-k])[0, 1] for k in range(1, 9)]
+    assert np.abs(lags).max() < 4 / np.sqrt(COUNT)
+
+
+def test_order_zero_is_chosen_for_white_noise():
+    orders = [len(estimate(coloured((), 1.0, 2000, seed), unbroken(2000)).coefficients)
+              for seed in range(20)]  # fmt: skip
+    assert sum(order > 0 for order in orders) <= 2
+
+
+def test_gaps_do_not_mislead_the_model():
+    """Blocks of 12 samples out of a long sequence: the neighbours across a gap are strangers."""
+    errors = coloured((0.95,), 0.3, 60000)
+    kept = np.arange(60000) % 100 < 12
+    breaks = np.r_[True, np.diff(np.flatnonzero(kept)) > 1]
+    noise = estimate(errors[kept], breaks)
+    assert noise.coefficients[0] == pytest.approx(0.95, abs=0.03)
+    blind = estimate(errors[kept], unbroken(kept.sum()))
+    assert blind.coefficients[0] < 0.9
+    white = noise.whiten(errors[kept], breaks)
+    assert white.std() == pytest.approx(1.0, abs=0.05)
+    assert white[breaks] == pytest.approx(errors[kept][breaks] / noise.marginal)
+
+
+def test_the_filter_starts_anew_after_a_break():
+    breaks = np.zeros(12, dtype=bool)
+    breaks[[0, 6]] = True
+    assert np.flatnonzero(warm_up(breaks, 2)).tolist() == [0, 1, 6, 7]
+    assert np.flatnonzero(warm_up(breaks, 0)).tolist() == []
+    noise = Noise(np.array([0.9]), 1.0, 2.0)
+    errors = np.random.default_rng(1).normal(size=12)
+    other = errors.copy()
+    other[:6] += 100.0
+    assert noise.whiten(errors, breaks)[6:] == pytest.approx(noise.whiten(other, breaks)[6:])
+
+
+def test_the_scale_is_the_gaussian_likelihoods():
+    """0.5 |w|^2 + log scale is minus the log density, but for the constant."""
+    noise, breaks = Noise(np.array([0.9]), 0.5, 0.5 / np.sqrt(1 - 0.81)), unbroken(50)
+    errors = coloured((0.9,), 0.5, 50)
+    covariance = noise.marginal**2 * 0.9 ** np.abs(np.subtract.outer(range(50), range(50)))
+    exact = 0.5 * errors @ np.linalg.solve(covariance, errors)
+    exact += 0.5 * np.linalg.slogdet(covariance)[1]
+    white = noise.whiten(errors, breaks)
+    assert 0.5 * white @ white + noise.log_scale(breaks) == pytest.approx(exact, abs=1e-9)
+
+
+def test_errors_of_a_run_that_broke_down_stay_silent():
+    noise = Noise(np.array([1.6, -0.8]), 1e-5, 1e-4)
+    white = noise.whiten(np.full(100, 1e308), unbroken(100))
+    assert not np.isfinite(white).all()
+
+
+def test_quick_noise_sees_through_motion():
+    recording = record(machine(), rich_motion(), noise=NOISE)
+    (samples, _) = make_run(recording, machine(), "train").samples
+    assert quick_noise(samples) == pytest.approx(NOISE, rel=0.05)
+
+
+def test_quick_noise_of_a_coarse_sensor_is_its_rounding():
+    recording = record(machine(), short_motion(), noise=0.0)
+    coarse = 1e-3 * np.round(recording["x"] / 1e-3)
+    samples = Samples.of("x", coarse, np.ones(len(coarse), dtype=bool))
+    assert quick_noise(samples) == pytest.approx(1e-3 / np.sqrt(12))
+
+
+def test_samples_of_a_tracker():
+    recording = record(machine(), short_motion(), tracker=10)
+    run = make_run(recording, machine(), "train")
+    assert [s.channel for s in run.samples] == ["x", "y"]
+    assert run.outputs == ("x", "y")
+    for samples in run.samples:
+        assert samples.index.tolist() == list(range(0, len(recording), 10))
+        assert np.flatnonzero(samples.breaks).tolist() == [0]
+        assert np.array_equal(samples.value, recording[samples.channel][samples.index])
+    assert run.count == 2 * len(run.samples[0].index)
+
+
+def test_a_dropout_breaks_the_samples():
+    values = np.arange(100.0)
+    values[40:45] = np.nan
+    samples = Samples.of("x", values, np.ones(100, dtype=bool))
+    assert np.flatnonzero(samples.breaks).tolist() == [0, 40]
+    assert len(samples.index) == 95
+    drop = np.zeros(95, dtype=bool)
+    drop[10] = True
+    less = samples.without(drop)
+    assert np.flatnonzero(less.breaks).tolist() == [0, 10, 39]
+
+
+def test_channels_that_do_not_count():
+    recording = record(machine(), short_motion(), channels=("x", "y", "phi1_meas"))
+    few = np.full(len(recording), np.nan)
+    few[:20] = 0.0
+    recording = replace(recording, channels={**recording.channels, "y": few})
+    assert [s.channel for s in make_run(recording, machine(), "train").samples] == ["x"]
+
+
+def test_the_split_in_time():
+    recording = record(machine(), rich_motion())
+    early, late = split_in_time(recording, machine(), 0.35)
+    time, end = recording.time, recording.time[-1]
+    assert (early.role, late.role) == ("train", "holdout")
+    assert time[early.samples[0].index[-1]] == pytest.approx(0.7 * end, abs=2e-3)
+    assert time[late.samples[0].index[0]] == pytest.approx(0.7 * end + 0.35, abs=2e-3)
+    assert time[late.samples[0].index[-1]] == end
+    assert np.array_equal(late.excitation.time, time)
+
+
+def test_a_short_recording_keeps_something_back():
+    _, late = split_in_time(record(machine(), short_motion()), machine(), 5.0)
+    assert len(late.samples[0].index) > 20
+
+
+def test_spikes_are_seen():
+    errors = coloured((0.9,), 0.1, 2000)
+    bad = np.array([100, 500, 900, 1500])
+    errors[bad] += np.array([20.0, -30.0, 25.0, 20.0])
+    assert np.flatnonzero(spikes(errors, unbroken(len(errors)))).tolist() == bad.tolist()
+
+
+def test_beside_a_gap_nobody_can_tell():
+    errors = 0.1 * np.random.default_rng(2).normal(size=100)
+    errors[50] += 10.0
+    gap = unbroken(100)
+    assert spikes(errors, gap).sum() == 1
+    gap[51] = True
+    assert not spikes(errors, gap).any()
+    assert not spikes(errors[:4], gap[:4]).any()
+    assert not spikes(np.zeros(100), unbroken(100)).any()
+
+
+@pytest.mark.parametrize("shape", ["step", "ramp", "peak of three samples"])
+def test_physics_is_no_spike(shape):
+    errors = 0.1 * np.random.default_rng(2).normal(size=400)
+    if shape == "step":
+        errors[200:] += 10.0
+    elif shape == "ramp":
+        errors += np.interp(np.arange(400), [190, 200, 210], [0.0, 20.0, 0.0])
+    else:
+        errors[199:202] += 10.0
+    assert not spikes(errors, unbroken(400)).any()
+
+
+def test_spikes_are_left_out_of_a_fit_and_nothing_else():
+    recording = record(machine(), short_motion())
+    x, bad = recording["x"].copy(), np.array([200, 400, 600, 800])
+    x[bad] += 3e-3
+    recording = replace(recording, channels={**recording.channels, "x": x})
+    (run,) = without_spikes(fitted(problem(recording, machine()), 2))
+    assert sorted(set(range(len(x))) - set(run.samples[0].index)) == bad.tolist()
+    assert len(run.samples[1].index) == len(x)
+    assert run.samples[0].breaks.sum() == 1 + len(bad)
+
+
+def test_many_spikes_are_no_spikes():
+    recording = record(machine(), short_motion())
+    x = recording["x"].copy()
+    x[::20] += 3e-3
+    recording = replace(recording, channels={**recording.channels, "x": x})
+    (run,) = without_spikes(fitted(problem(recording, machine()), 2))
+    assert len(run.samples[0].index) == len(x)

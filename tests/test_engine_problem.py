@@ -1,0 +1,183 @@
+"""The output-error problem, its fits and the score test."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_kit import (
+    ASIDE,
+    BACKLASH,
+    DELAY,
+    MISMATCH,
+    NOISE,
+    STRIBECK,
+    fitted,
+    machine,
+    problem,
+    record,
+    rich_motion,
+    short_motion,
+    with_effects,
+)
+
+from corexy_fmi.engine.candidates import hypotheses, instances
+from corexy_fmi.engine.fit import minimise, own_noise, settle
+from corexy_fmi.engine.model import covariance, retuned_table, tuned_machine
+from corexy_fmi.engine.problem import deflection_scale
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.kernel.call import run_lanes
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.simulate import excitation, machine_vector
+
+KINK = 0.5  # whitened; of friction that begins to be smoothed, where no derivative exists
+
+
+def differences(chosen, u, column, step):
+    """One column of the Jacobian by central differences, by halved forward ones at a bound."""
+    sets = np.repeat(u[None], 2, axis=0)
+    sets[:, column] += [step, -step]
+    if sets[1, column] < chosen.limits()[0][column]:
+        sets[:, column] = u[column] + np.array([step / 2, 0.0])
+    high, low = chosen.residual(sets)
+    return (high - low) / (sets[0, column] - sets[1, column])
+
+
+@pytest.mark.parametrize("name", ["yin2018", "yin2018_dc"])
+@pytest.mark.parametrize("uses", [(), (("belt_mismatch", "belts"),), (("sensor_delay", "sensor"),)])
+def test_the_jacobian_is_that_of_central_differences(name, uses):
+    recording = record(with_effects(machine(name), **ASIDE), short_motion())
+    chosen = problem(recording, machine(name), uses)
+    u = np.zeros(chosen.size)
+    if uses:
+        u[len(chosen.unknowns) - 1] = 0.5
+    jacobian = chosen.jacobian(u, chosen.residual(u[None])[0])
+    steps = chosen._steps(u)
+    for column in range(chosen.size):
+        exact = differences(chosen, u, column, abs(steps[column]))
+        size = np.linalg.norm(exact)
+        assert size > 0
+        off = np.linalg.norm(jacobian[:, column] - exact)
+        assert off < 0.05 * size + KINK, column
+
+
+def test_an_offset_costs_nothing():
+    """Offsets of the channels are projected out: adding one changes no residual."""
+    recording = record(machine(), short_motion())
+    moved = {n: recording[n] + d for n, d in (("x", 3e-4), ("y", -2e-4))}
+    shifted = replace(recording, channels={**recording.channels, **moved})
+    one, other = (problem(r, machine()) for r in (recording, shifted))
+    u = np.zeros((1, one.size))
+    assert other.residual(u) == pytest.approx(one.residual(u), abs=1e-6)
+
+
+def test_the_initial_deflection_is_fitted():
+    """Nobody knows where stiction left the belts; here it left them 20 and -10 um aside."""
+    order, layout = record(machine(), short_motion()), bundled_layout()
+    deflection = np.array([[2e-5, -1e-5]])
+    out = run_lanes(layout, excitation(machine(), order), machine_vector(machine(), layout)[None],
+                    deflection=deflection)[0]  # fmt: skip
+    noise = 1e-6 * np.random.default_rng(3).normal(size=out.shape)
+    x, y = out + noise
+    recording = replace(order, channels={**order.channels, "x": x, "y": y})
+    fit = fitted(problem(recording, machine(), std=1e-6))
+    found = fit.problem.deflections(fit.u[None], 0)[0]
+    assert found == pytest.approx(deflection[0], abs=3e-6)
+    assert 0.5 * fit.residual @ fit.residual < 0.6 * fit.problem.runs[0].count
+    assert deflection_scale(machine()) > 1e-6
+
+
+@pytest.mark.parametrize("name", ["yin2018", "yin2018_dc", "gt2_printer"])
+def test_the_optimum_is_found(name):
+    """The fit costs no more than the truth, and what the data can tell lies in its intervals."""
+    truth = with_effects(machine(name), **ASIDE)
+    chosen = problem(record(truth, rich_motion()), machine(name))
+    fit = fitted(chosen)
+    u = np.zeros(chosen.size)
+    for k, unknown in enumerate(chosen.unknowns):
+        u[k] = unknown.internal(truth.parameters[unknown.key])
+    true_residual = chosen.residual(u[None])[0]
+    assert fit.cost - chosen.log_scale() <= 0.5 * true_residual @ true_residual
+    table = retuned_table(fit, covariance(fit))
+    low, high = table["carriage_viscous_friction"]["ci95"]
+    assert low < truth.parameters["carriage_viscous_friction"] < high
+    assert fit.cost < fitted(chosen, 0).cost - 50
+
+
+def test_every_start_ends_at_the_same_cost():
+    chosen = problem(record(with_effects(machine(), **ASIDE), short_motion()), machine())
+    random = np.random.default_rng(7)
+    starts = 0.1 * random.normal(size=(3, chosen.size))
+    costs = [minimise(chosen, start, 30, 0.0).cost for start in starts]
+    assert np.ptp(costs) < 0.5
+
+
+def test_a_fit_never_gets_worse_and_repeats_itself():
+    chosen = problem(record(with_effects(machine(), **ASIDE), short_motion()), machine())
+    costs = [fitted(chosen, n).cost for n in (0, 1, 2, 6)]
+    assert costs == sorted(costs, reverse=True)
+    one, other = fitted(chosen), fitted(chosen)
+    assert np.array_equal(one.u, other.u)
+
+
+def test_priors_hold_what_the_data_cannot_tell():
+    chosen = problem(record(machine(), short_motion()), machine())
+    fit = fitted(chosen)
+    table = retuned_table(fit, covariance(fit))
+    assert any(entry["prior_driven"] for entry in table.values())
+    assert not table["carriage_viscous_friction"]["prior_driven"]
+    assert max(abs(entry["pull"]) for entry in table.values()) < 3
+
+
+def test_the_noise_is_that_of_the_residuals():
+    recording = record(machine(), rich_motion(), noise=3e-5)
+    fit = settle(fitted(problem(recording, machine(), std=NOISE)))
+    for noise in own_noise(fit).noise[0]:
+        assert noise.marginal == pytest.approx(3e-5, rel=0.05)
+        assert len(noise.coefficients) == 0
+
+
+PLANTED = {
+    "stribeck": (STRIBECK, "yin2018"),
+    "backlash": (BACKLASH, "yin2018"),
+    "mismatch": (MISMATCH, "yin2018"),
+    "delay": (DELAY, "yin2018"),
+    "backlash, dc": (BACKLASH, "yin2018_dc"),
+}
+
+
+@pytest.mark.parametrize(("use", "name"), PLANTED.values(), ids=PLANTED)
+def test_the_score_test_orders_the_candidates(use, name):
+    """The planted effect leads, or its near twin does."""
+    recording = record(with_effects(machine(name), use, **ASIDE), rich_motion())
+    base = settle(fitted(problem(recording, machine(name))))
+    leads = screen(base, hypotheses(base.problem, base.u))
+    named = [lead.hypothesis.key[0] for lead in leads if not lead.hypothesis.law]
+    assert (use.name, use.location) in named[:2]
+    gains = [lead.gain for lead in leads]
+    assert gains == sorted(gains, reverse=True)
+    assert gains[0] > 10
+
+
+def test_every_place_of_every_effect_is_a_candidate_once():
+    chosen = problem(record(machine(), short_motion()), machine())
+    keys = [h.key for h in hypotheses(chosen, np.zeros(chosen.size)) if h.uses]
+    assert len(keys) == len(set(keys))
+    assert (("backlash", "motor2"),) in keys
+    struck = hypotheses(chosen, np.zeros(chosen.size), frozenset({"backlash"}))
+    assert all(h.key[0][0] != "backlash" for h in struck)
+    known = with_effects(machine(), BACKLASH)
+    left = {(i.effect.name, i.location) for i in instances(bundled_layout(), known)}
+    assert ("backlash", "motor1") not in left
+    assert ("backlash", "motor2") in left
+
+
+def test_a_fit_is_a_machine_that_replays_it():
+    recording = record(with_effects(machine(), BACKLASH, **ASIDE), rich_motion())
+    fit = fitted(problem(recording, machine(), [("backlash", "motor1")]))
+    found = tuned_machine(fit, "found")
+    again = problem(recording, found, pinned=True)
+    u = np.concatenate([fit.u[len(fit.problem.unknowns) :]])[None]
+    replayed = again.simulate(u, 0)[0]
+    assert replayed == pytest.approx(fit.problem.simulate(fit.u[None], 0)[0], abs=1e-6)
+    (use,) = found.effects
+    assert use.parameters["gap"] == pytest.approx(0.02, rel=0.1)

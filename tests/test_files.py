@@ -1,0 +1,58 @@
+"""Outputs are whole or absent."""
+
+import pytest
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.files import write_beside, write_folder
+
+
+def stop_after(path, error):
+    path.write_text("half")
+    raise error
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
+def test_an_interrupted_file_leaves_nothing(tmp_path, error):
+    path = tmp_path / "result.csv"
+    path.write_text("old")
+    with pytest.raises(error), write_beside(path) as beside:
+        stop_after(beside, error)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_an_interrupted_folder_leaves_nothing(tmp_path, error):
+    with pytest.raises(error), write_folder(tmp_path / "result") as folder:
+        stop_after(folder / "a", error)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_keeps_what_else_it_holds(tmp_path):
+    (tmp_path / "kept").write_text("mine")
+    with write_folder(tmp_path) as folder:
+        (folder / "new").write_text("new")
+    assert {path.name for path in tmp_path.iterdir()} == {"kept", "new"}
+
+
+def test_folders_on_the_way_are_made(tmp_path):
+    with write_beside(tmp_path / "a" / "b" / "c.txt") as beside:
+        assert beside.suffix == ".txt"
+        beside.write_text("whole")
+    assert (tmp_path / "a" / "b" / "c.txt").read_text() == "whole"
+
+
+def test_a_place_that_cannot_be_written_is_the_users_mistake(tmp_path):
+    (tmp_path / "file").write_text("")
+    with (
+        pytest.raises(InputError, match="cannot be written"),
+        write_beside(tmp_path / "file" / "x"),
+    ):
+        pass
+    with pytest.raises(InputError, match="cannot be written"), write_folder(tmp_path / "file"):
+        pass
+
+
+def test_other_errors_of_the_file_system_pass(tmp_path):
+    with pytest.raises(FileNotFoundError), write_beside(tmp_path / "x"):
+        open("/nowhere/at/all")  # noqa: SIM115

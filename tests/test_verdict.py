@@ -1,0 +1,55 @@
+"""The screen of a diagnosis: verdict, cause, proof, and brackets that stay brackets."""
+
+import pytest
+
+from corexy_fmi.commands.verdict import show_verdict
+from tests.contract.example import example
+
+
+def shown(capsys, **changes):
+    show_verdict({**example(), **changes})
+    return " ".join(capsys.readouterr().out.split())
+
+
+def test_cause_place_size_and_remedy(capsys):
+    screen = shown(capsys)
+    for word in ("explained", "backlash", "motor1", "0.998", "gap = 0.021 rad", "set screw"):
+        assert word in screen
+
+
+def test_held_out_proof(capsys):
+    screen = shown(capsys)
+    for word in ("rms_nominal", "0.0001", "rms_explained", "2.1e-05", "96.8%"):
+        assert word in screen
+
+
+def test_weak_proof_and_an_assumed_machine_are_said(capsys):
+    heldout = {**example()["heldout"], "weak": True, "excess_removed": None}
+    screen = shown(capsys, heldout=heldout, machine_assumed=True)
+    assert "weak" in screen
+    assert "none" in screen
+    assert "surrogate, was assumed" in screen
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("nothing_missing", "nothing missing"),
+        ("unexplained", "no catalogued effect"),
+        ("ambiguous", "more than one cause"),
+    ],
+)
+def test_every_verdict_has_its_sentence(capsys, verdict, words):
+    assert words in shown(capsys, verdict=verdict, effects=[])
+
+
+def test_what_cannot_be_told_apart(capsys):
+    group = [{"name": name, "location": "sensor"} for name in ("sensor_delay", "sensor_lag")]
+    screen = shown(capsys, verdict="ambiguous", ambiguous_between=[group])
+    assert "sensor_delay at sensor or sensor_lag at sensor" in screen
+
+
+def test_brackets_are_no_markup(capsys):
+    document = example()
+    document["effects"][0]["name"] = "[red]x[/red]"
+    assert "[red]x[/red]" in shown(capsys, effects=document["effects"])

@@ -1,0 +1,117 @@
+"""Two real recordings of a printer's toolhead, and the page that reports on them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks import voron
+from benchmarks.outcome import RESULTS
+from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.preflight import check
+from corexy_fmi.machine import load_machine
+from corexy_fmi.recording.klipper import Move, import_klipper
+from tests.contract.documents import problems
+
+ENDS = {"x.csv": ((-0.025, 0), (0.025, 0)), "y.csv": ((0, -0.025), (0, 0.025))}
+DRIVEN = {"x.csv": "ax", "y.csv": "ay"}
+real = pytest.mark.skipif(
+    not voron.DATA.is_dir(), reason="the recordings of the Voron are not beside the checkout"
+)
+
+
+@pytest.fixture(scope="module")
+def machine():
+    return load_machine(voron.MACHINE)
+
+
+@pytest.fixture(scope="module")
+def recordings(machine):
+    radius = machine.parameters["pulley_radius"]
+    return {
+        name: replace(
+            import_klipper(
+                voron.DATA / source, Move(*ENDS[name], 0.1, 6.0, -0.0008), "-z,+y", radius
+            ),
+            name=name,
+        )
+        for name, (source, _) in voron.MOVES.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def diagnosis(machine, recordings):
+    return diagnose(list(recordings.values()), [], machine, jobs=2)
+
+
+def results():
+    return json.loads((RESULTS / "voron.json").read_text(encoding="utf-8"))
+
+
+def test_the_page_shows_the_results():
+    assert voron.page(results()) in voron.DOCUMENT.read_text(encoding="utf-8")
+
+
+@real
+def test_the_results_are_those_of_the_recordings(recordings):
+    document = results()
+    for name, recording in recordings.items():
+        for key, told in (("floor", voron.floors), ("crosstalk", voron.crosstalk)):
+            assert told(recording) == pytest.approx(document[key][name], rel=1e-3)
+
+
+@real
+def test_wiring_and_units_are_sound(machine, recordings):
+    for recording in recordings.values():
+        same, found = check(recording, machine)
+        assert found == []
+        assert same is recording
+
+
+@real
+@pytest.mark.parametrize("name", ENDS)
+def test_wrong_axes_and_units_would_be_seen(machine, recordings, name):
+    recording = recordings[name]
+    both = recording["ax"], recording["ay"]
+    wrong = {
+        "swapped": (both[1], both[0]),
+        "mirrored": (-both[0], -both[1]),
+        "mm/s^2": (1e3 * both[0], 1e3 * both[1]),
+    }
+    for word, (ax, ay) in wrong.items():
+        changed = replace(recording, channels={**recording.channels, "ax": ax, "ay": ay})
+        right, (finding,) = check(changed, machine)
+        assert word in finding.text
+        assert right[DRIVEN[name]] == pytest.approx(recording[DRIVEN[name]], nan_ok=True)
+
+
+@real
+def test_the_sensor_is_turned(recordings):
+    along, across = (voron.crosstalk(recordings[name]) for name in ENDS)
+    assert along["ax"] == pytest.approx(1.0, abs=0.1)
+    assert across["ay"] == pytest.approx(1.0, abs=0.1)
+    assert along["ay"] == pytest.approx(0.055, abs=0.01)
+    assert across["ax"] == pytest.approx(-0.055, abs=0.01)
+
+
+@real
+def test_retuning_follows_the_first_mode_and_not_the_rest(diagnosis, recordings):
+    rows = {(r["recording"], r["channel"]): r for r in diagnosis.document["fit"]
+            if r["role"] == "train"}  # fmt: skip
+    for name, channel in DRIVEN.items():
+        row, floor = rows[name, channel], voron.floors(recordings[name])[channel]
+        assert row["rms_retuned"] < 0.5 * row["rms_nominal"]
+        assert row["rms_explained"] > 2 * floor
+        assert 0.15 < floor < 0.2
+    stiffness = diagnosis.document["retuned"]["belt_axial_stiffness"]["value"]
+    assert 2500 < stiffness < 8000
+
+
+@real
+def test_no_cause_is_claimed_and_the_proof_is_called_weak(diagnosis):
+    document = {**diagnosis.document, "seconds": 1.0}
+    assert problems(document) == []
+    assert document["verdict"] != "explained"
+    assert document["heldout"]["weak"] is True
+    assert np.isfinite(document["heldout"]["rms_retuned"])
