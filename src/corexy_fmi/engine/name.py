@@ -74,10 +74,15 @@ def _entry(base: Fit, fit: Fit) -> Entry:
 
 
 def _short(lead: Lead) -> Fit:
-    """The best of short fits from the lead's first starts; more where it declares many."""
+    """A short fit from the start that goes furthest in one iteration; more where many are declared.
+
+    The first iterations take the nominal columns of the base's Jacobian for granted.
+    """
     count = 2 if len(lead.starts) < MANY else 4
-    fits = [minimise(lead.problem, start, SHORT, 0.5) for start in lead.starts[:count]]
-    return min(fits, key=lambda f: f.cost)
+    near = lead.borrowed()
+    begun = [minimise(lead.problem, start, 1, 0.5, near) for start in lead.starts[:count]]
+    best = min(begun, key=lambda f: f.cost)
+    return minimise(lead.problem, best.u, SHORT - 1, 0.5, near)
 
 
 def _full(fit: Fit) -> Fit:

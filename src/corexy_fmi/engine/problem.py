@@ -44,7 +44,7 @@ class Problem:
 
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
     ``limit`` is the micro-step [s]: the machine file's for all sets of a fit, so that none of them
-    slows the others down; 0, each machine's own, where pinned.
+    slows the others down, ``coarse`` times as long; 0, each machine's own, where pinned.
     """
 
     layout: Layout
@@ -53,6 +53,7 @@ class Problem:
     noise: tuple[tuple[Noise, ...], ...]
     hypothesis: Hypothesis = field(default_factory=Hypothesis)
     pinned: bool = False
+    coarse: float = 1.0
     unknowns: tuple[Unknown, ...] = field(init=False)
     base: Array = field(init=False)
     prior: tuple[Array, Array] = field(init=False)
@@ -72,7 +73,7 @@ class Problem:
         object.__setattr__(self, "base", base)
         dc = self.machine.drive == "dc"
         limit = step_limit(self.layout, base, fidelity=self.machine.fidelity, dc=dc)
-        object.__setattr__(self, "limit", 0.0 if self.pinned else limit)
+        object.__setattr__(self, "limit", 0.0 if self.pinned else self.coarse * limit)
         std = np.array([u.prior_std for u in unknowns] + [1.0] * (2 * len(self.runs)))
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
@@ -133,21 +134,28 @@ class Problem:
         parts = [self._whiten(self.errors(u, r), r) for r in range(len(self.runs))]
         return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
 
-    def jacobian(self, u: Array, residual: Array) -> Array:
-        """Derivative (samples + size, size) of the residual at u (size,), one-sided differences."""
-        common, parts = len(self.unknowns), []
-        steps = self._steps(u)
-        at = 0
+    def jacobian(self, u: Array, residual: Array, borrowed: Array | None = None) -> Array:
+        """Derivative (samples + size, size) of the residual at u (size,), one-sided differences.
+
+        Where ``borrowed`` is given, only its columns that are NaN are computed.
+        """
+        wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
+        common, steps, at = len(self.unknowns), self._steps(u), 0
+        result = np.concatenate([np.zeros((len(residual) - self.size, self.size)),
+                                 np.diag(self.prior[1])])  # fmt: skip
+        if borrowed is not None:
+            result[:, ~wanted] = borrowed[:, ~wanted]
         for r, run in enumerate(self.runs):
-            columns = [*range(common), common + 2 * r, common + 2 * r + 1]
-            sets = np.repeat(u[None], len(columns), axis=0)
-            sets[np.arange(len(columns)), columns] += steps[columns]
-            white = self._whiten(self.errors(sets, r), r)
-            block = np.zeros((run.count, self.size))
-            block[:, columns] = ((white - residual[at : at + run.count]) / steps[columns, None]).T
-            parts.append(block)
+            own = np.array([*range(common), common + 2 * r, common + 2 * r + 1])
+            columns = own[wanted[own]]
+            if len(columns):
+                sets = np.repeat(u[None], len(columns), axis=0)
+                sets[np.arange(len(columns)), columns] += steps[columns]
+                white = self._whiten(self.errors(sets, r), r)
+                change = (white - residual[at : at + run.count]) / steps[columns, None]
+                result[at : at + run.count, columns] = change.T
             at += run.count
-        return np.concatenate([*parts, np.diag(self.prior[1])])
+        return result
 
     def _steps(self, u: Array) -> Array:
         """Step of each difference, turned inwards at an upper bound."""

@@ -6,7 +6,7 @@ do, and regressed on the residual.  It orders the candidates and gives their fit
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from corexy_fmi.kernel.call import Array
 
 @dataclass(frozen=True, eq=False)
 class Lead:
-    """A hypothesis added to a fit: linear gain [nats], and internal vectors to start from.
+    """A hypothesis added to a ``base`` fit: linear gain [nats], internal vectors to start from.
 
     ``bound`` is how many times its start's size the effect may have at most, at 95 %.
     """
@@ -28,7 +28,21 @@ class Lead:
     problem: Problem
     gain: float
     starts: tuple[Array, ...]
+    base: Fit
     bound: float = 0.0
+
+    def borrowed(self) -> Array:
+        """The base's Jacobian for this problem; NaN in the columns of what was added."""
+        old = {x.key: k for k, x in enumerate(self.base.problem.unknowns)}
+        count, size = len(self.problem.unknowns), self.problem.size
+        samples = len(self.base.residual) - self.base.problem.size
+        result = np.full((samples + size, size), np.nan)
+        pairs = [(k, old[x.key]) for k, x in enumerate(self.problem.unknowns) if x.key in old]
+        pairs += [(k, k - count + len(old)) for k in range(count, size)]
+        columns, sources = map(list, zip(*pairs, strict=True))
+        result[:samples, columns] = self.base.jacobian[:samples, sources]
+        result[samples:, columns] = np.diag(self.problem.prior[1])[:, columns]
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +136,7 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array) -> Lead
         start = probe.neutral.copy()
         own = [k for k, x in enumerate(problem.unknowns) if x.key.startswith("free_form")]
         start[own] = np.clip(factors, -100, 100)
-        return Lead(hypothesis, problem, gain, (start,))
+        return Lead(hypothesis, problem, gain, (start,), base)
     scored, bound = [], 0.0
     positive = hypothesis.uses[-1].effect.size.lower >= 0
     for row, change in zip(probe.vectors, changes, strict=True):
@@ -136,7 +150,7 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array) -> Lead
         linear = max(linear, _gain_many(base.residual, changes)[0])
     reached, order = _reach(base, problem, np.array([start for _, start in scored]), q)
     return Lead(
-        hypothesis, problem, max(linear, reached), tuple(scored[n][1] for n in order), bound
+        hypothesis, problem, max(linear, reached), tuple(scored[n][1] for n in order), base, bound
     )
 
 
@@ -161,7 +175,7 @@ def screen(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> lis
     first = base.problem
 
     def one(hypothesis: Hypothesis) -> Lead:
-        problem = Problem(first.layout, first.machine, first.runs, first.noise, hypothesis)
+        problem = replace(first, hypothesis=hypothesis)
         return _lead(base, hypothesis, problem, q)
 
     leads = list(mapper(one, candidates))  # type: ignore[operator]
