@@ -25,6 +25,7 @@ from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.prove import Proof, prove
+from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.unknowns import Hypothesis
@@ -126,12 +127,15 @@ def _prove(
     return prove(layout, machines, tuple(judged), train, fit.problem.noise)
 
 
-def _weak_only(proof: Proof, weak: bool, verdict: Verdict) -> Verdict:
-    """A mismatch that shows only in the data kept back forbids ``nothing_missing``."""
+def _guarded(proof: Proof, weak: bool, verdict: Verdict) -> Verdict:
+    """A mismatch on the data kept back, or only in motion, forbids ``nothing_missing``."""
     if verdict.word != "nothing_missing":
         return verdict
     late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
-    return Verdict("unexplained", None) if np.isfinite(late) and late > limit else verdict
+    reason = restless(proof)
+    if np.isfinite(late) and late > limit:
+        reason = f"the mismatch of the data kept back is {late:.1f} times the noise"
+    return Verdict("unexplained", None, reason=reason) if reason else verdict
 
 
 def diagnose(
@@ -190,7 +194,7 @@ def _judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept)
-    return _weak_only(proof, weak, verdict), fit, proof
+    return _guarded(proof, weak, verdict), fit, proof
 
 
 def _document(
@@ -211,7 +215,7 @@ def _document(
     return {
         "schema": 1,
         "verdict": verdict.word,
-        "effects": document.effects(verdict, fit, competition),
+        "effects": document.effects(verdict, fit, competition, proof),
         "ambiguous_between": [
             [m[0] if len(m) == 1 else m for m in group if m] for group in classes
         ],

@@ -50,10 +50,13 @@ def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...])
 def channel_noise(
     train: tuple[Run, ...], noise: tuple[tuple[Noise, ...], ...], run: Run
 ) -> tuple[Noise, ...]:
-    """For each channel of a run, the noise of the first training run that measured it."""
+    """For each channel of a run, the noise that training showed: on the same recording, else on
+    the first one that measured it.
+    """
     known: dict[str, Noise] = {}
-    for r, models in zip(train, noise, strict=True):
-        for samples, model in zip(r.samples, models, strict=True):
+    order = sorted(range(len(train)), key=lambda k: train[k].name != run.name)
+    for k in order:
+        for samples, model in zip(train[k].samples, noise[k], strict=True):
             known.setdefault(samples.channel, model)
     return tuple(known[s.channel] for s in run.samples if s.channel in known)
 

@@ -16,11 +16,15 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The word, the entry it stands on, and the classes of equals."""
+    """The word, the entry it stands on, the classes of equals, what shows that it is so, and the
+    winner that held-out data refuted.
+    """
 
     word: str
     entry: Entry | None
     classes: tuple[tuple[tuple[tuple[str, str], ...], ...], ...] = ()
+    reason: str = ""
+    refuted: Entry | None = None
 
 
 def excess_removed(retuned: float, explained: float, noise: float) -> float:
@@ -69,7 +73,10 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
 
 def _refuted(best: Entry) -> Verdict:
     """Held-out data contradict the winner: it is not put into the machine."""
-    return Verdict("unexplained" if best.gain > WEAK_GAIN else "nothing_missing", None)
+    if best.gain <= WEAK_GAIN:
+        return Verdict("nothing_missing", None)
+    reason = f"{best.hypothesis.label} fits the data used, but not the data kept back"
+    return Verdict("unexplained", None, reason=reason, refuted=best)
 
 
 def _nothing_or_retuned(competition: Competition) -> Verdict:
