@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from corexy_fmi.effects import catalogue, load_file
-from corexy_fmi.engine import document
+from corexy_fmi.engine import clock, document
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.evidence import Evidence, Finding
@@ -81,7 +81,7 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...]) -> Fit:
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
-    first = minimise(problem, np.zeros(problem.size), 15)
+    first = minimise(problem, clock.start(problem), 15)
     cleaned = replace(problem, runs=without_spikes(first))
     return settle(minimise(_quick(cleaned, first.u), first.u))
 
@@ -162,6 +162,8 @@ def diagnose(
     train, findings = _preflight(train, machine)
     holdout, more = _preflight(holdout, machine)
     runs, kept = make_runs(train, holdout, machine)
+    if any(run.clock_free for run in runs):
+        without |= {"sensor_delay"}
     with _workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)
         base = retune(layout, machine, tuple(runs))

@@ -1,7 +1,8 @@
 """The output-error problem: whitened residuals of a hypothesis over runs, and their Jacobian.
 
-Vector u: nominal parameters, effect parameters, then the initial belt deflection (two for each
-run).  Offsets of the channels are projected out, so that they cost no unknowns.
+Vector u: nominal parameters, effect parameters, then for each run its own nuisances: the initial
+belt deflection (two) and, where any clock is free, by how much its samples are late.  Offsets of
+the channels are projected out, so that they cost no unknowns.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import REDUCED
 
 STEP = 1e-3  # finite difference on the internal scale
+LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
 def deflection_scale(machine: Machine) -> float:
@@ -74,15 +76,26 @@ class Problem:
         dc = self.machine.drive == "dc"
         limit = step_limit(self.layout, base, fidelity=self.machine.fidelity, dc=dc)
         object.__setattr__(self, "limit", 0.0 if self.pinned else self.coarse * limit)
-        std = np.array([u.prior_std for u in unknowns] + [1.0] * (2 * len(self.runs)))
+        std = np.array(
+            [u.prior_std for u in unknowns] + ([1.0, 1.0, np.inf][: self.own]) * len(self.runs)
+        )
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
         )
 
     @property
     def size(self) -> int:
-        """Number of unknowns, deflections included."""
-        return len(self.unknowns) + 2 * len(self.runs)
+        """Number of unknowns, each run's own included."""
+        return len(self.unknowns) + self.own * len(self.runs)
+
+    @property
+    def own(self) -> int:
+        """Number of nuisances of each run."""
+        return 3 if any(run.clock_free for run in self.runs) else 2
+
+    def first_own(self, run: int) -> int:
+        """Index of a run's first nuisance."""
+        return len(self.unknowns) + self.own * run
 
     @property
     def nominal_count(self) -> int:
@@ -98,7 +111,7 @@ class Problem:
 
     def deflections(self, u: Array, run: int) -> Array:
         """Initial belt deflection [m] (sets, 2) of a run."""
-        first = len(self.unknowns) + 2 * run
+        first = self.first_own(run)
         return u[:, first : first + 2] * deflection_scale(self.machine)
 
     def simulate(self, u: Array, run: int, outputs: tuple[str, ...] | None = None) -> Array:
@@ -117,8 +130,10 @@ class Problem:
 
     def errors(self, u: Array, run: int) -> list[Array]:
         """Measured minus simulated for each channel, (sets, samples) each, offsets left in."""
-        out = self.simulate(u, run)
-        return [s.value - out[:, c, s.index] for c, s in enumerate(self.runs[run].samples)]
+        r, out = self.runs[run], self.simulate(u, run)
+        if r.clock_free:
+            out = late(r.excitation.time, out, LATE * u[:, self.first_own(run) + 2])
+        return [s.value - out[:, c, s.index] for c, s in enumerate(r.samples)]
 
     def _whiten(self, errors: list[Array], run: int) -> Array:
         parts = []
@@ -146,7 +161,8 @@ class Problem:
         if borrowed is not None:
             result[:, ~wanted] = borrowed[:, ~wanted]
         for r, run in enumerate(self.runs):
-            own = np.array([*range(common), common + 2 * r, common + 2 * r + 1])
+            first = self.first_own(r)
+            own = np.array([*range(common), *range(first, first + self.own)])
             columns = own[wanted[own]]
             if len(columns):
                 sets = np.repeat(u[None], len(columns), axis=0)
@@ -172,7 +188,10 @@ class Problem:
 
     def limits(self) -> tuple[Array, Array]:
         """Lower and upper bounds of u, (size,) each."""
-        pairs = [x.limits() for x in self.unknowns] + [(-6.0, 6.0)] * (2 * len(self.runs))
+        pairs = [x.limits() for x in self.unknowns]
+        for run in self.runs:
+            reach = LATEST / LATE if run.clock_free else 0.0
+            pairs += [(-6.0, 6.0), (-6.0, 6.0), (-reach, reach)][: self.own]
         low, high = np.array(pairs).T
         return low, high
 
@@ -183,6 +202,15 @@ class Problem:
             for r, run in enumerate(self.runs)
             for n, s in zip(self.noise[r], run.samples, strict=True)
         )
+
+
+def late(time: Array, out: Array, delay: Array) -> Array:
+    """Outputs (sets, channels, rows) as a clock that is off by a delay (sets,) [s] shows them."""
+    shifted = np.empty_like(out)
+    for k, d in enumerate(delay):
+        for c in range(out.shape[1]):
+            shifted[k, c] = np.interp(time - d, time, out[k, c])
+    return shifted
 
 
 def centred(errors: Sequence[Array]) -> list[Array]:

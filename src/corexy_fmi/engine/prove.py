@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.clock import start
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.problem import Problem
@@ -42,7 +43,7 @@ class Replay:
 def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...]) -> Replay:
     """Replay a machine as it is; only the nuisances are free."""
     problem = Problem(layout, machine, (run,), (noise,), pinned=True)
-    fit = minimise(problem, np.zeros(problem.size), 6)
+    fit = minimise(problem, start(problem), 6)
     errors = [e[0] - e[0].mean() for e in problem.errors(fit.u[None], 0)]
     return Replay(run, tuple(errors), fit)
 
