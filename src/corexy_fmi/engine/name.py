@@ -7,12 +7,12 @@ with the noise that their own residuals show.  Then a second effect may join, if
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import Hypothesis
@@ -191,6 +191,20 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     return [f for f in found if _pays(named[0], f, base)]
 
 
+def _refined(fit: Fit) -> Fit:
+    """A free-form law with twice the knots, where they pay; any other fit as it is."""
+    law, own = fit.problem.hypothesis.law, fit.problem.unknowns
+    if law is None:
+        return fit
+    first = sum(not x.key.startswith("free_form") for x in own)
+    last = first + len(law.knots)
+    problem = replace(fit.problem, hypothesis=Hypothesis(law=finer(law)))
+    values = np.interp(finer(law).knots, law.knots, fit.u[first:last])
+    start = np.concatenate([fit.u[:first], values, fit.u[last:]])
+    again = settle(minimise(problem, start, 8))
+    return again if _rank(again) < _rank(fit) else fit
+
+
 def _polished(one: Fit, two: Fit) -> Fit:
     """The better of a fit and itself begun again where the fit with a second effect ended."""
     keys = {x.key: two.u[k] for k, x in enumerate(two.problem.unknowns)}
@@ -235,6 +249,7 @@ def compete(
     tell("fitting every effect at every place")
     fits = _round(base, singles, mapper, FINALISTS)
     base = repolish(base, fits[0]) if fits else base
+    fits[:1] = [_refined(f) for f in fits[:1]]
     tell("looking for a second effect")
     pairs = _pairs(base, fits, singles, mapper)
     unique: dict[tuple[tuple[str, str], ...], Entry] = {}

@@ -43,6 +43,11 @@ def confirmed(proof: Proof) -> bool:
     return near and all(g > 0 for g in gains) and sum(gains) > CONFIRMED
 
 
+def harmless(proof: Proof) -> bool:
+    """Whether held-out data do not speak against the explanation; enough for a free-form law."""
+    return all(gain > -CONFIRMED for gain in proof.gains("holdout"))
+
+
 def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
     """Keys of the entries that the data cannot tell from the best one."""
     shares = dict(
@@ -61,8 +66,8 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
     if best is None:
         return _nothing_or_retuned(competition)
     agrees = proof is None or confirmed(proof)
-    if best.hypothesis.law:
-        return Verdict("unexplained", best) if agrees else _refuted(best)
+    if best.hypothesis.law and (proof is None or harmless(proof)):
+        return Verdict("unexplained", best)
     if not agrees:
         return _refuted(best)
     chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
