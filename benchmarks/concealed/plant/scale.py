@@ -1,6 +1,6 @@
 """Scales planted effects to a wanted evidence, and measures it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,16 +24,6 @@ def clean(world, planted, train=True):
     w = true_machine(world, planted)
     runs = world.runs[:2] if train else world.runs[2:]
     return [channels(w, run) for run in runs]
-
-
-@dataclass
-class Found:
-    """A retuned fit: E, where it was reached, and what is left over."""
-
-    evidence: float
-    theta: np.ndarray
-    residual: np.ndarray
-    jac: np.ndarray
 
 
 def resized(one, log_size):
@@ -63,26 +53,19 @@ class Retuning:
 
     def __init__(self, world, beside=()):
         self.world, self.model = world, Model(experiment_of(world), beside)
-        self.still = self.model.start(world.values)
+        self.still = self.model.still()
         self.theta, self.jac, self.size = self.still, None, 1.0
         self.found = None
 
-    def starts(self, size):
-        """The true parameters, and the last fit, drawn towards them for a smaller effect."""
-        share = min(abs(size / self.size), 1.0)
-        return self.still, self.still + share * (self.theta - self.still)
-
-    def fit(self, planted, size, fresh):
-        truth = whitened(self.model.experiment, clean(self.world, planted))
-        starts = self.starts(size)
-        outputs = [self.model.output(theta) for theta in starts]
-        costs = [self.model.cost(truth - o, t) for o, t in zip(outputs, starts, strict=True)]
-        k = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
-        theta, residual, self.jac = fit(
-            self.model, truth, starts[k], outputs[k], self.jac, fresh=fresh
-        )
-        self.theta, self.size = theta, size
-        self.found = Found(float(np.sum(residual**2)), theta, residual, self.jac)
+    def fit(self, planted, size=1.0, fresh=8):
+        """E, from the best of the true parameters and the last fit, drawn to this size."""
+        model, share = self.model, min(abs(size / self.size), 4.0)
+        truth = whitened(model.experiment, clean(self.world, planted))
+        drawn = np.clip(self.still + share * (self.theta - self.still), model.low, model.high)
+        starts = [self.still, self.theta, drawn]
+        costs = [model.cost(truth - model.output(theta), theta) for theta in starts]
+        self.found = fit(model, truth, starts[int(np.argmin(costs))], self.jac, fresh)
+        self.theta, self.jac, self.size = self.found.theta, self.found.jac, size
         return self.found.evidence
 
 
@@ -98,10 +81,10 @@ def to_target(world, one, target, thorough=True):
         return float(np.sum(left_over(retuning.jac, away[:, None]) ** 2))
 
     one = secant(linear, one, target, 8, 1.5)
-    for tries, fresh in ((4, 1), (2, 2)):
+    for tries, fresh in ((4, 1), (3, 8)):
         one = secant(lambda t, f=fresh: retuning.fit((t,), t.size, f), one, target, tries, 1.5)
     if retuning.size != one.size:
-        retuning.fit((one,), one.size, 1)
+        retuning.fit((one,), one.size)
     return one, retuning
 
 
@@ -109,14 +92,14 @@ def judge(world, planted, index, retuning=None):
     """E, E_sep and the nearest rival of one effect, with the others modelled beside it."""
     if retuning is None:
         retuning = Retuning(world, planted[:index] + planted[index + 1 :])
-        retuning.fit(planted, 1.0, 2)
-    found = retuning.found
+        retuning.fit(planted)
+    model, found = retuning.model, retuning.found
     name, location, near = nearest_rival(
-        retuning.model, found.theta, found.jac, found.residual, planted[index]
+        model, found.theta, found.jac, found.residual, planted[index]
     )
-    rival = {"name": name, "location": location, "cosine": near}
     return {
         "E": found.evidence,
         "E_sep": found.evidence * (1.0 - near**2),
-        "nearest_rival": rival,
+        "nearest_rival": {"name": name, "location": location, "cosine": near},
+        "at_bound": model.at_bound(found.theta),
     }
