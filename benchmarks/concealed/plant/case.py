@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .evidence import fit, whitened
 from .force import planted_force
 from .machines import base, machine_toml
 from .recording import csv_text
@@ -38,15 +39,23 @@ def concealing_machine(world, retuning, planted):
     """The machine file that hides the effect as well as nominal parameters can.
 
     A factor common to all masses, stiffnesses and frictions changes nothing: it is set to come
-    nearest to the true machine.
+    nearest to the true machine. Where a value leaves what a file may hold, the others are
+    fitted again.
     """
-    model, start = retuning.model, base(world.base_name, world.drive)
+    model, theta, start = retuning.model, retuning.last.theta, base(world.base_name, world.drive)
+    tuned = model.values(theta)
     free = [name for group in model.experiment.free for name in group]
-    tuned, true = model.values(retuning.theta), world.values
-    scale = np.exp(-np.mean([np.log(tuned[n] / true[n]) for n in free]))
-    low, high = FILE_LIMIT
-    values = {n: float(np.clip(scale * tuned[n], low * start[n], high * start[n])) for n in free}
-    return machine_toml(start | values, world.drive)
+    scale = np.exp(-np.mean([np.log(tuned[n] / world.values[n]) for n in free]))
+    for i, group in enumerate(model.groups):
+        ratios = [start[n] / (scale * world.values[n]) for n in group]
+        model.low[i] = np.sinh(np.log(FILE_LIMIT[0] * max(ratios)))
+        model.high[i] = np.sinh(np.log(FILE_LIMIT[1] * min(ratios)))
+    inside = np.clip(theta, model.low, model.high)
+    if np.any(inside != theta):
+        truth = whitened(model.experiment, clean(world, planted))
+        inside = fit(model, truth, inside, fresh=3).theta
+    tuned = model.values(inside)
+    return machine_toml(start | {n: float(scale * tuned[n]) for n in free}, world.drive)
 
 
 def record(world, planted):
@@ -86,16 +95,19 @@ def described(one):
 
 
 def scaled_and_judged(world, planted, target):
-    """Sizes that meet the target; E, E_sep, rival of each; theta of the retuned nominal model."""
+    """Sizes that meet the target; E, E_sep, rival of each; the retuned nominal model."""
     if len(planted) == 1:
         one, retuning = to_target(world, planted[0], target)
-        return (one,), [judge(world, (one,), 0, retuning)], retuning
-    planted = tuple(to_target(world, one, target, thorough=False)[0] for one in planted)
-    verdicts = [judge(world, planted, i) for i in range(len(planted))]
+        return (one,), [judge(retuning, one)], retuning
+    planted, verdicts = tuple(to_target(world, one, target)[0] for one in planted), []
+    for one in planted:
+        beside = Retuning(world, [other for other in planted if other is not one])
+        beside.fit(planted)
+        verdicts.append(judge(beside, one))
     nominal = Retuning(world)
-    evidence = nominal.fit(planted)
+    found = nominal.fit(planted)
     if not planted:
-        verdicts = [{"E": evidence, "E_sep": 0.0, "nearest_rival": None, "at_bound": []}]
+        verdicts = [{"E": found.evidence, "E_sep": 0.0, "nearest_rival": None, "at_bound": []}]
     return planted, verdicts, nominal
 
 

@@ -15,9 +15,8 @@ from .recording import channels, measured
 
 HELD = "belt_axial_stiffness"
 REACH = 0.8  # log of the factor by which one step may change a parameter
-BOX = 25.0  # a nominal parameter stays within a factor of 50 of its true value
-TRACE = False
-WEAK, WEAK_DEFLECTION = 0.03, 1e-3
+BOX = 100.0  # a nominal parameter stays within a factor of 200 of its true value
+WEAK, WEAK_DEFLECTION = 0.03, 1e-5
 DEFLECTION, DIFFERENCE = 1e-5, 4e-3
 
 
@@ -75,16 +74,15 @@ class Model:
     stiffnesses and frictions together leave the motion as it is.
     """
 
-    def __init__(self, experiment, beside=(), box=(-BOX, BOX)):
+    def __init__(self, experiment, beside=()):
         self.experiment, self.beside = experiment, tuple(beside)
         held = () if beside else (HELD,)
         self.groups = [g for g in experiment.free if g[0] not in held]
         self.n_nominal = len(self.groups)
         self.n_machine = self.n_nominal + len(self.beside)
         self.size = self.n_machine + 2 * len(experiment.runs)
-        self.low, self.high = np.full(self.size, -30.0), np.full(self.size, 30.0)
+        self.low, self.high = np.full(self.size, -300.0), np.full(self.size, 300.0)
         self.low[: self.n_machine], self.high[: self.n_machine] = -BOX, BOX
-        self.low[: self.n_nominal], self.high[: self.n_nominal] = box
 
     def still(self):
         """theta of the true machine."""
@@ -123,7 +121,8 @@ class Model:
     def output_run(self, theta, k, more=None):
         """Whitened channels of run k."""
         bend = theta[self.n_machine + 2 * k : self.n_machine + 2 * k + 2] * DEFLECTION
-        shown = channels(self.machine(theta, more), self.experiment.runs[k], bend)
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial may be unstable
+            shown = channels(self.machine(theta, more), self.experiment.runs[k], bend)
         return whitened_run(shown, self.experiment.noise[k])
 
     def output(self, theta, more=None):
@@ -210,7 +209,6 @@ def fit(model, truth, theta, jac=None, fresh=8, enough=0.01):
             jac, exact, fresh, refused = model.jacobian(theta, here), True, fresh - 1, 0
         trial = damped_step(model, jac, truth - here, theta, damping)
         there = model.output(trial)
-        if TRACE: print("   ", "fresh" if exact else "", fresh, "cost %.5g" % cost, "tried %.5g" % model.cost(truth - there, trial), "damp %.1g" % damping, np.round(np.exp(np.arcsinh(theta[:model.n_machine])), 2))
         gain = cost - model.cost(truth - there, trial)
         if gain > 0.0:
             moved, weight = trial - theta, np.sum(jac**2, axis=0)
