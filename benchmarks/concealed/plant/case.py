@@ -144,6 +144,7 @@ def twin(case):
     """The same motion, noise seed and machine file, with the effect off."""
     truth = case.truth | {"kind": "null", "effects": [], "twin_of": case.truth["effects"]}
     truth |= {"E": 0.0, "E_sep": 0.0, "nearest_rival": None, "each": [], "target_E": None}
+    truth |= {"at_bound": []}
     return assemble(case.world, (), case.machine_toml, truth)
 
 
