@@ -15,7 +15,7 @@ import numpy as np
 from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.screen import Lead, screen
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
@@ -23,6 +23,7 @@ SHORT, FINALISTS, LAWS, MANY = 3, 6, 4, 4
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 8, 0.02  # leads that are always fitted; share of the best lead's gain
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
+FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -49,7 +50,8 @@ class Competition:
     @property
     def best(self) -> Entry | None:
         """The winner, or None where nothing pays."""
-        return self.entries[0] if self.entries and self.entries[0].gain > THRESHOLD else None
+        first = self.entries[0] if self.entries else None
+        return first if first and first.gain > THRESHOLD + form_floor(first.fit) else None
 
     def share(self, member: tuple[str, str]) -> float:
         """Probability that an (effect, location) is among what is missing."""
@@ -62,6 +64,23 @@ def penalty(hypothesis: Hypothesis, samples: int) -> float:
     count = sum(len(i.effect.parameters) for i in hypothesis.uses)
     count += len(hypothesis.law.knots) if hypothesis.law else 0
     return 0.5 * count * float(np.log(max(samples, 2)))
+
+
+def form_floor(fit: Fit) -> float:
+    """Nats that the wrong shape of smooth friction may fake.
+
+    Nobody knows how sgn is rounded, in a simulator or a machine; the nuisance has one shape.  Where
+    it is at work, what it gains (half the square of its standard score) bounds what it leaves.
+    """
+    keys = [x.key for x in fit.problem.unknowns]
+    if SMOOTHING not in keys or not np.isfinite(fit.cost):
+        return 0.0
+    k = keys.index(SMOOTHING)
+    normal = fit.jacobian.T @ fit.jacobian
+    scale = 1 / np.sqrt(np.diag(normal) + 1e-300)
+    spread = np.linalg.pinv(normal * scale[:, None] * scale)[k, k] * scale[k] ** 2
+    size = fit.problem.unknowns[k].value(fit.u[k]) / fit.problem.unknowns[k].scale
+    return float(FORM * 0.5 * size**2 / max(spread, 1e-300))
 
 
 def _samples(fit: Fit) -> int:
@@ -218,7 +237,7 @@ def _polished(one: Fit, two: Fit) -> Fit:
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:
     """Whether a second effect gains enough over one."""
     gain = _rank(one) - _rank(two)
-    return gain > max(THRESHOLD, SECOND_SHARE * (base.cost - one.cost))
+    return gain > max(THRESHOLD + form_floor(two), SECOND_SHARE * (base.cost - one.cost))
 
 
 def _probabilities(gains: list[float]) -> tuple[list[float], float]:
