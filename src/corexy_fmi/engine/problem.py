@@ -15,6 +15,7 @@ import numpy as np
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.unknowns import (
+    SMOOTHING,
     Hypothesis,
     Unknown,
     effect_unknowns,
@@ -180,6 +181,8 @@ class Problem:
         for k, unknown in enumerate(self.unknowns):
             if "free_form" in unknown.key:
                 steps[k] = 0.02
+            elif unknown.key == SMOOTHING:
+                steps[k] = 0.2  # where sgn begins to be rounded there is no derivative
             elif "." in unknown.key and not unknown.log:
                 steps[k] = 0.01
             if u[k] + steps[k] > unknown.limits()[1]:
