@@ -1,0 +1,1 @@
+"""Hardware in the loop: the board of `firmware/`, driven and recorded like the FMU."""

@@ -1,0 +1,73 @@
+"""What the HIL tests share: a prepared board and a rectangle on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from corexy_fmi.hil.board import Board
+from corexy_fmi.hil.drive import Drive, Log, Watcher
+from corexy_fmi.hil.limits import Allowed, Limits, Scale
+from corexy_fmi.hil.motions import with_approach
+from corexy_fmi.hil.segments import Plan, check, step_ticks
+from corexy_fmi.hil.tracker import Tracker
+from corexy_fmi.motion import command
+from corexy_fmi.recording import Recording
+from corexy_fmi.rectangle import Rectangle
+from tests.hil.emulator import TICK
+from tests.hil.rig import STEPS, Rig, RigLines, yin
+
+SHAPE = Rectangle(0.02, 0.014, 0.039)
+
+
+@dataclass
+class Bench:
+    """A board at a rig with its limits set, and the plan of a rectangle."""
+
+    rig: Rig
+    board: Board
+    scale: Scale
+    limits: Limits
+    plan: Plan
+    begin: float
+    tracker: Tracker
+
+    def drive(self, watch: Watcher | None = None) -> Log:
+        return Drive(self.board, self.plan, self.tracker, watch).run()
+
+
+def bench(rig: Rig, shape: Rectangle = SHAPE, allowed: Allowed | None = None) -> Bench:
+    """Connected, centred, configured; nothing moves yet."""
+    machine = yin()
+    board = Board(rig)
+    scale = Scale.of(board.connect(), machine, STEPS)
+    limits = Limits.of(machine, scale, allowed or Allowed())
+    status = board.prepare(limits, centred=True)
+    order = command(shape.motion, scale.radius)
+    plan, begin = with_approach(order, scale, status.counts)
+    check(plan, limits)
+    return Bench(rig, board, scale, limits, plan, begin, Tracker(RigLines(rig)))
+
+
+def order_of(shape: Rectangle = SHAPE) -> Recording:
+    """The command of a rectangle."""
+    return command(shape.motion, yin().parameters["pulley_radius"])
+
+
+def jitter(rig: Rig, log: Log) -> tuple[float, list[int]]:
+    """Largest lateness [us] of a step against its tick, and how many steps each motor made.
+
+    Fails where steps, directions or their number differ from the plan.
+    """
+    latest, made = 0.0, []
+    for motor, bit in enumerate((2, 3)):
+        cycles, signs = rig.rising(bit)
+        ticks, wanted = step_ticks(log.plan, motor)
+        assert len(cycles) == len(ticks), (len(cycles), len(ticks))
+        assert np.array_equal(signs, wanted)
+        late = cycles - TICK * (log.start + ticks)
+        late -= late.min()
+        latest = max(latest, float(late.max()) / 16)
+        made.append(len(cycles))
+    return latest, made
