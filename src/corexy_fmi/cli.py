@@ -8,7 +8,16 @@ from types import FrameType
 
 import typer
 
-from corexy_fmi.commands import build, demo, diagnose, effects, import_, rectangle, simulate
+from corexy_fmi.commands import (
+    build,
+    demo,
+    diagnose,
+    effects,
+    hil,
+    import_,
+    rectangle,
+    simulate,
+)
 from corexy_fmi.errors import InputError
 
 BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 143
@@ -29,6 +38,7 @@ app.command("diagnose", cls=diagnose.ManyHoldouts)(diagnose.diagnose)
 app.command("effects")(effects.effects)
 app.command("build")(build.build)
 app.add_typer(import_.app, name="import")
+app.add_typer(hil.app, name="hil")
 
 
 def main() -> None:

@@ -135,7 +135,7 @@ class Board:
         self.restarts = 0
         if info.version != VERSION:
             raise InputError(f"board: protocol {info.version}, expected {VERSION}: "
-                             "`make flash PORT=...` writes the firmware of this version")  # fmt: skip
+                         "`make flash PORT=...` writes the firmware of this version")  # fmt: skip
         return info
 
     def fresh_status(self) -> Status:

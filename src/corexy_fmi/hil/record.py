@@ -27,19 +27,29 @@ def recording(
     end = log.plan.time[-1] if log.complete else log.played()
     if end <= begin:
         raise InputError("the motion stopped before the recorded part began: nothing to record")
+    time, channels = rows(log, board, tracker, begin, end)
+    return Recording(name, time - begin, channels, {**about, **_about(log, tracker)})
+
+
+def rows(
+    log: Log, board: Board, tracker: Tracker | None, first: float, last: float
+) -> tuple[Array, dict[str, Array]]:
+    """Times (n,) [s] of the plan from ``first`` to ``last``, and every channel there (n,)."""
     reports, counts = _reports(log)
     stamps, places = _samples(log, board, tracker)
-    marks = np.concatenate([log.plan.time, [begin, end], reports, stamps])
-    time = np.unique(marks[(marks >= begin) & (marks <= end)])
+    marks = np.concatenate([log.plan.time, [first, last], reports, stamps])
+    time = np.unique(marks[(marks >= first) & (marks <= last)])
     time = time[np.concatenate([[True], np.diff(time) > NEAR])]
-    angles = log.plan.angles
-    channels = {f"phi{m + 1}": np.interp(time, log.plan.time, angles[:, m]) for m in (0, 1)}
+    channels = {
+        f"phi{m + 1}": np.interp(time, log.plan.time, log.plan.angles[:, m]) for m in (0, 1)
+    }
     for m in (0, 1):
         channels[f"steps{m + 1}"] = _placed(time, reports, counts[:, m])
-    if len(stamps):
+    if tracker is not None:
+        places = places if len(stamps) else np.empty((0, 2))
         for k, axis in enumerate("xy"):
             channels[axis] = _placed(time, stamps, places[:, k])
-    return Recording(name, time - begin, channels, {**about, **_about(log, tracker)})
+    return time, channels
 
 
 def _reports(log: Log) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ END = Segment(0, 0, 0)
 class Plan:
     """Segments with the position where each begins and the last ends.
 
-    ``ticks`` (n + 1,) from the start, ``positions`` (n + 1, 2) as integers in float64-free lists.
+    ``ticks`` (n + 1,) from the start; ``positions`` (n + 1, 2), integers.
     """
 
     segments: tuple[Segment, ...]
@@ -45,12 +46,12 @@ class Plan:
     positions: tuple[tuple[int, int], ...]
     scale: Scale
 
-    @property
+    @cached_property
     def time(self) -> Array:
         """Where segments meet, (n + 1,) in s."""
         return np.array(self.ticks) * self.scale.tick
 
-    @property
+    @cached_property
     def angles(self) -> Array:
         """Motor angles there, (n + 1, 2) in rad."""
         half, one = self.scale.one // 2, self.scale.one

@@ -1,0 +1,179 @@
+"""``corexy hil``: the board of `firmware/`, driven, checked and watched."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from corexy_fmi.commands.hil_run import Setup, execute
+from corexy_fmi.commands.hil_watch import show_link, show_live
+from corexy_fmi.commands.rectangle import rectangle_command, show_corners
+from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
+from corexy_fmi.corners import corner_table
+from corexy_fmi.errors import InputError
+from corexy_fmi.hil.board import Board
+from corexy_fmi.hil.limits import Allowed
+from corexy_fmi.hil.port import SerialPort
+from corexy_fmi.hil.protocol import Type
+from corexy_fmi.machine import load_machine
+from corexy_fmi.motion import check_stage
+from corexy_fmi.recording import check_drive, read_recording
+from corexy_fmi.rectangle import Rectangle
+
+app = typer.Typer(no_args_is_help=True)
+
+PortOption = Annotated[
+    str, typer.Option(metavar="PORT", help="/dev/ttyUSB0, COM3 or socket://host:port.")
+]
+OutOption = Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")]
+ArmOption = Annotated[bool, typer.Option("--arm", help="Move motors; without it nothing moves.")]
+CentredOption = Annotated[
+    bool, typer.Option("--centred", "--centered", help="The carriage stands at the centre now.")
+]
+TrackerOption = Annotated[
+    str | None, typer.Option(metavar="PORT", help="Lines 't x y' [s, m]: a port or udp://:9000.")
+]
+CountsOption = Annotated[int, typer.Option(help="Microsteps of a motor revolution.")]
+SpeedOption = Annotated[float, typer.Option(help="Fastest belt [m/s].")]
+AccelOption = Annotated[float, typer.Option(help="Belt acceleration beyond jumps [m/s^2].")]
+JumpOption = Annotated[float, typer.Option(help="Largest jump of a belt's speed [m/s].")]
+BesideOption = Annotated[bool, typer.Option("--beside", help="Drive the FMU beside the board.")]
+
+
+@app.callback()
+def hil() -> None:
+    """Hardware in the loop: stream motions to the board, record, compare with the FMU.
+
+    Proven on an emulated board, not yet run on real motors. Nothing moves without --arm.
+
+    Examples:
+
+    corexy hil check --port /dev/ttyUSB0
+
+    corexy hil rectangle --width 0.06 --height 0.04 --speed 0.039 --port /dev/ttyUSB0 --out run.csv
+    """
+
+
+@app.command("run")
+def run(
+    motion: Annotated[Path, typer.Argument(metavar="MOTION.csv", help="Columns time, phi1, phi2.")],
+    port: PortOption,
+    out: OutOption,
+    machine: MachineOption = ASSUMED,
+    arm: ArmOption = False,
+    centred: CentredOption = False,
+    tracker: TrackerOption = None,
+    beside: BesideOption = False,
+    counts: CountsOption = 3200,
+    max_speed: SpeedOption = Allowed.speed,
+    max_accel: AccelOption = Allowed.acceleration,
+    max_jump: JumpOption = Allowed.jump,
+) -> None:
+    """Play a recording's phi1, phi2 on the board and record what comes back.
+
+    The carriage first goes slowly to the start of the motion. Limits come from the machine file.
+
+    Examples:
+
+    corexy hil run run.csv --port /dev/ttyUSB0 --out measured.csv
+
+    corexy hil run run.csv --port /dev/ttyUSB0 --centred --arm --tracker udp://:9000 --out m.csv
+    """
+    order, chosen = read_recording(motion), load_machine(machine)
+    check_drive(order, chosen)
+    if "phi1" not in order:
+        raise InputError(f"{motion}: no columns phi1, phi2, expected the angles of a stepper run")
+    check_stage(order, chosen)
+    label(chosen)
+    allowed = Allowed(max_speed, max_accel, max_jump)
+    execute(Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside), order, {})
+
+
+@app.command("rectangle")
+def rectangle(
+    width: Annotated[float, typer.Option(help="Size in x [m].")],
+    height: Annotated[float, typer.Option(help="Size in y [m].")],
+    speed: Annotated[float, typer.Option(help="Speed along the path [m/s].")],
+    port: PortOption,
+    out: OutOption,
+    loops: Annotated[int, typer.Option(help="How often around.")] = 1,
+    accel: Annotated[
+        float | None, typer.Option(help="Trapezoid on every side [m/s^2]; without: constant speed.")
+    ] = None,
+    machine: MachineOption = ASSUMED,
+    arm: ArmOption = False,
+    centred: CentredOption = False,
+    tracker: TrackerOption = None,
+    beside: BesideOption = False,
+    counts: CountsOption = 3200,
+    max_speed: SpeedOption = Allowed.speed,
+    max_accel: AccelOption = Allowed.acceleration,
+    max_jump: JumpOption = Allowed.jump,
+) -> None:
+    """Drive the rectangle of `corexy rectangle` on the board.
+
+    Examples:
+
+    corexy hil rectangle --width 0.06 --height 0.04 --speed 0.039 --port COM3 --out run.csv
+
+    corexy hil rectangle --width 0.06 --height 0.04 --speed 0.039 --port /dev/ttyUSB0 --centred
+    --arm --tracker udp://:9000 --beside --out run.csv
+    """
+    chosen = load_machine(machine)
+    shape = Rectangle(width, height, speed, loops, accel)
+    order = rectangle_command(shape, chosen, out.name)
+    label(chosen)
+    allowed = Allowed(max_speed, max_accel, max_jump)
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside)
+    made = execute(setup, replace(order, metadata={}), {})
+    if made is not None and "x" in made:
+        show_corners(corner_table(made, shape))
+
+
+@app.command("check")
+def check(
+    port: PortOption,
+    seconds: Annotated[float, typer.Option(min=0.5, help="How long to listen.")] = 3.0,
+) -> None:
+    """Firmware, switches, link quality, latency and clock of the board; moves nothing.
+
+    Examples:
+
+    corexy hil check --port /dev/ttyUSB0
+    """
+    board = Board(SerialPort(port))
+    board.connect()
+    show_link(board, seconds)
+
+
+@app.command("monitor")
+def monitor(
+    port: PortOption,
+    seconds: Annotated[float | None, typer.Option(help="Without: until Ctrl-C.")] = None,
+) -> None:
+    """A live view of the board's reports; moves nothing.
+
+    Examples:
+
+    corexy hil monitor --port /dev/ttyUSB0
+    """
+    board = Board(SerialPort(port))
+    board.connect()
+    show_live(board, seconds)
+
+
+@app.command("release")
+def release(port: PortOption) -> None:
+    """Switch the drivers off, to move the carriage by hand; the position is then unknown.
+
+    Examples:
+
+    corexy hil release --port /dev/ttyUSB0
+    """
+    board = Board(SerialPort(port))
+    board.connect()
+    board.command(Type.RELEASE)
+    say("drivers off")

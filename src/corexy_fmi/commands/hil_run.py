@@ -1,0 +1,131 @@
+"""One run on the board for the command line: shown first, then driven, recorded and told."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from corexy_fmi.commands.hil_beside import Beside
+from corexy_fmi.commands.screen import console, provenance, say
+from corexy_fmi.errors import InputError
+from corexy_fmi.hil.board import Board
+from corexy_fmi.hil.drive import AHEAD, Drive, Log
+from corexy_fmi.hil.limits import Allowed, Limits, Scale
+from corexy_fmi.hil.live import LiveFile, part_of
+from corexy_fmi.hil.motions import with_approach
+from corexy_fmi.hil.port import SerialPort
+from corexy_fmi.hil.protocol import Info
+from corexy_fmi.hil.record import recording
+from corexy_fmi.hil.segments import Plan, check
+from corexy_fmi.hil.tracker import Tracker, open_lines
+from corexy_fmi.machine import Machine
+from corexy_fmi.recording import Recording, write_recording
+
+STOPPED = 3  # exit status: the motion did not come to its end
+STEPPER = Info(1, "S", 64, 0, 32, 25_000, 16_000_000)  # for a dry run, when no board is asked
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the options of a run say."""
+
+    machine: Machine
+    counts: int
+    allowed: Allowed
+    port: str
+    out: Path
+    tracker: str | None
+    centred: bool
+    arm: bool
+    beside: bool
+
+
+def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording | None:
+    """Plan, check, and with ``arm`` drive; the recording, or None for a dry run.
+
+    Leaves with status 3 where the motion stopped early; its recording up to then is written.
+    Raises InputError for what the machine or the board does not allow.
+    """
+    if setup.machine.drive != "stepper":
+        raise InputError(f"machine {setup.machine.name!r}: drive dc, expected drive stepper: the "
+                         "board has no dc firmware yet")  # fmt: skip
+    if not setup.arm:
+        _dry(setup, order)
+        return None
+    tracker = Tracker(open_lines(setup.tracker)) if setup.tracker else None
+    board = Board(SerialPort(setup.port))
+    scale = Scale.of(board.connect(), setup.machine, setup.counts)
+    limits = Limits.of(setup.machine, scale, setup.allowed)
+    status = board.prepare(limits, setup.centred)
+    plan, begin = with_approach(order, scale, status.counts)
+    check(plan, limits)
+    lines = {**provenance(setup.machine, "board"), **about}
+    made, log = _drive(setup, board, plan, begin, tracker, lines)
+    _tell(log, scale, setup)
+    if log.trouble:
+        raise typer.Exit(STOPPED)
+    return made
+
+
+def _dry(setup: Setup, order: Recording) -> None:
+    """What would be done."""
+    scale = Scale.of(STEPPER, setup.machine, setup.counts)
+    limits = Limits.of(setup.machine, scale, setup.allowed)
+    plan, begin = with_approach(order, scale, (0, 0))
+    check(plan, limits)
+    fastest = max(max(abs(s.rate1), abs(s.rate2)) for s in plan.segments)
+    metres = fastest / (scale.one * scale.tick * scale.per_metre)
+    say(
+        f"dry run, nothing moves: {plan.time[-1]:.2f} s in {len(plan.segments)} segments, of these "
+        f"{begin:.2f} s to the start; fastest belt {metres:.4g} m/s; within the stage and limits"
+    )
+    say("add --arm to move the motors, from the centre of the stage with --centred")
+
+
+def _drive(
+    setup: Setup, board: Board, plan: Plan, begin: float, tracker: Tracker | None,
+    about: dict[str, str],
+) -> tuple[Recording | None, Log]:  # fmt: skip
+    """Drive, with the growing file and the FMU beside; the recording where there is one."""
+    with ExitStack() as stack:
+        live = stack.enter_context(LiveFile(part_of(setup.out), begin, about))
+        beside = stack.enter_context(Beside(setup.machine)) if setup.beside else None
+        screen = stack.enter_context(console(stderr=True).status("filling the board's queue"))
+
+        def watch(drive: Drive) -> None:
+            live(drive)
+            difference = beside(drive) if beside else ""
+            screen.update(f"{drive.time:6.1f} s of {plan.time[-1]:.1f} s {difference}")
+
+        log = Drive(board, plan, tracker, watch).run()
+    try:
+        made = recording(setup.out.name, log, board, tracker, begin, about)
+    except InputError as error:
+        say(str(error))
+        return None, log
+    if beside is not None:
+        made = beside.compare(made)
+    write_recording(made, setup.out)
+    part_of(setup.out).unlink(missing_ok=True)
+    say(f"recording: {setup.out}")
+    return made, log
+
+
+def _tell(log: Log, scale: Scale, setup: Setup) -> None:
+    """How it went, where the carriage is, and what was too slow."""
+    x, y = scale.place(log.counts)
+    where = f"the carriage is at x = {x:.5f} m, y = {y:.5f} m"
+    if not log.known:
+        where = "the carriage's place is unknown: centre it by hand, then --centred"
+    said = f"stopped: {log.trouble}" if log.trouble else "complete: every commanded step counted"
+    say(f"{said}; {where}")
+    if log.trouble:
+        typer.echo(f"{setup.port}: {log.trouble}", err=True)
+    if log.frames_bad or log.sent_again:
+        say(f"link: {log.frames_bad} frames spoiled, {log.sent_again} sent again")
+    if log.buffered < AHEAD:
+        say(f"warning: the board's queue fell to {1e3 * log.buffered:.0f} ms; this host pauses up "
+            f"to {1e3 * log.pause:.0f} ms: close other programs, or expect underruns")  # fmt: skip
