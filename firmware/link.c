@@ -12,7 +12,7 @@
 #define HEADER_SIZE 3
 
 volatile uint8_t bytes_lost;
-uint8_t frames_bad;
+uint16_t frames_bad;
 uint8_t frame[FRAME_SIZE];
 
 /* rings of 256 bytes: their 8-bit indices wrap by themselves */

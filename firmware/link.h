@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 extern volatile uint8_t bytes_lost; /* overrun, framing error, full ring */
-extern uint8_t frames_bad; /* wrong CRC, COBS or length */
+extern uint16_t frames_bad; /* wrong CRC, COBS or length */
 
 void link_begin(void);
 /* non-zero while received bytes wait */

@@ -20,7 +20,8 @@ struct info {
 struct status {
 	uint8_t state, fault, flags, free;
 	uint16_t next_frame;
-	uint8_t frames_bad, bytes_lost;
+	uint16_t frames_bad;
+	uint8_t bytes_lost;
 	uint32_t tick;
 	int32_t counts[2];
 	int16_t volts[2]; /* [mV] */
@@ -162,6 +163,7 @@ static uint8_t on_segments(const uint8_t *body, uint8_t length)
 	uint16_t number;
 	memcpy(&number, frame + 1, sizeof number);
 	if (state != ARMED && state != RUNNING) return REFUSED_STATE;
+	if ((int16_t)(number - next_frame) < 0) return NOTHING; /* we have it already */
 	if (number != next_frame) return REFUSED_ORDER;
 	uint8_t why = motion_accept(body, length);
 	if (why && why < REFUSED_STATE) motion_stop(why);

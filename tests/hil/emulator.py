@@ -136,6 +136,12 @@ class Emulator:
         self._in.flush()
         return self._out.read(size)
 
+    def memory_at(self, address: int) -> int:
+        """One byte of data memory, such as a port's register."""
+        self._in.write(struct.pack("<cHB", b"G", address, 1))
+        self._in.flush()
+        return self._out.read(1)[0]
+
     def poke(self, symbol: str, data: bytes) -> None:
         """Change a variable of the firmware."""
         for offset, value in enumerate(data):

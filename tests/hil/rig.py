@@ -80,6 +80,7 @@ class Rig:
         self.truth: list[tuple[float, float, float]] = []
         self._every = round(1 / tracker_rate / SLICE)
         self._slices = 0
+        self.revive: Callable[[], None] = lambda: None
         self.host_delay = 0.0  # [s] by which the tracker's lines come late
 
     def read(self, wait: float) -> bytes:

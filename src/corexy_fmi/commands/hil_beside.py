@@ -66,7 +66,7 @@ class Beside:
                 for t in (now, now + STEP)]  # fmt: skip
         if self._steps == 0:
             self._session.start(0.0, dict(zip(ANGLES, ends[0], strict=True)))
-        self._set.values[:] = ends[0]
+        self._set.values[:2] = ends[0]  # type: ignore[assignment]
         self._set.apply()
         for m in (0, 1):
             self._set.rates[m] = (ends[1][m] - ends[0][m]) / STEP

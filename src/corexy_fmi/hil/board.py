@@ -26,7 +26,7 @@ from corexy_fmi.hil.protocol import (
     encode,
 )
 
-PATIENCE, TRIES = 0.1, 8  # [s] until a command is sent again, and how often
+PATIENCE, TRIES = 0.04, 20  # [s] until a command is sent again, and how often
 BEAT, PING = 0.03, 0.1  # [s] between frames that keep the watchdog content, and clock samples
 BOOT = 3.0  # [s] a bootloader may hold the board
 
@@ -126,8 +126,8 @@ class Board:
                 self.poll()
                 if self.info and self.status:
                     return self._checked(self.info)
-        bad = self.decoder.bad
-        heard = f"{bad} pieces of something else" if bad else "nothing"
+        size = self.decoder.size
+        heard = f"{size} bytes of something else" if size else "nothing"
         raise InputError(f"port: heard {heard}, expected this project's firmware at 500000 baud "
                          "(`make flash PORT=...` writes it)")  # fmt: skip
 

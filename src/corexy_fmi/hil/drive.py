@@ -15,7 +15,7 @@ from corexy_fmi.hil.stream import Stream
 from corexy_fmi.hil.tracker import Tracker
 
 AHEAD = 0.1  # [s] at least: less than this in the board's queue is too slow a host
-LEAD = 0.05  # [s] from RUN to the first tick of the motion
+LEAD, LATE = 0.2, 10  # [s] from RUN to the first tick of the motion; tries if it came too late
 RECONNECT = 5.0  # [s] to wait for a port that went away
 STOPPED = 3.0  # [s] within which a ramp must have ended
 
@@ -132,12 +132,14 @@ class Drive:
                 return
 
     def _start(self) -> None:
-        status = self.board.fresh_status()
-        info = self.board.info
-        assert info is not None
-        tick = (status.tick + round(LEAD * info.tick_hz)) % (1 << 32)
-        self.log.start = int(self.board.clock.unwrapped(tick))
-        self.board.command(Type.RUN, WORD.pack(tick))
+        """RUN at a tick ahead; a RUN that was lost on the way until then is refused and renewed."""
+        lead = round(LEAD / self.plan.scale.tick)
+        for _ in range(LATE):
+            tick = (self.board.fresh_status().tick + lead) % (1 << 32)
+            self.log.start = int(self.board.clock.unwrapped(tick))
+            if self.board.request(Type.RUN, WORD.pack(tick)) is Cause.NOTHING:
+                return
+        raise InputError("board: it did not start; the link is too bad, see `corexy hil check`")
 
     def _moving(self) -> bool:
         """Whether there is more to come; a stop by the board itself is written down."""

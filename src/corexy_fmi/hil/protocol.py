@@ -12,7 +12,7 @@ from fastcrc import crc16
 VERSION = 1
 SEGMENT = struct.Struct("<Hii")
 _HEAD, _CRC = struct.Struct("<BH"), struct.Struct("<H")
-_INFO, _STATUS = struct.Struct("<BBBBBII"), struct.Struct("<BBBBHBBIiihhH")
+_INFO, _STATUS = struct.Struct("<BBBBBII"), struct.Struct("<BBBBHHBIiihhH")
 _PONG, _REPLY = struct.Struct("<IIH"), struct.Struct("<BBHB")
 CONFIG = struct.Struct("<4i4IHH")
 PAIR, WORD = struct.Struct("<ii"), struct.Struct("<I")
@@ -150,15 +150,16 @@ def _status(body: bytes) -> Status:
 
 
 class Decoder:
-    """Bytes in, messages out; ``bad`` counts what was no frame."""
+    """Bytes in, messages out; ``bad`` counts frames that were none, ``size`` all bytes."""
 
     def __init__(self) -> None:
         self._waiting = bytearray()
-        self.good = self.bad = 0
+        self.good = self.bad = self.size = 0
 
     def feed(self, data: bytes) -> list[Message]:
         """The messages that these bytes complete."""
         self._waiting += data
+        self.size += len(data)
         *frames, rest = bytes(self._waiting).split(b"\0")
         self._waiting = bytearray(rest[-256:])  # no frame is longer
         return [message for frame in frames if frame and (message := self._message(frame))]

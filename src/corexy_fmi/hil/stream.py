@@ -11,6 +11,7 @@ from corexy_fmi.hil.segments import Segment
 WINDOW = 220  # [bytes] on their way: the board has room for 255
 OVERHEAD = 7  # [bytes] of a frame beside its body
 SEGMENTS, CAREFUL = 5, 1  # in a frame; after a loss
+TWICE = 2  # times that a frame is sent while frames get lost
 CALM = 64  # frames without a loss until frames are long again
 AGAIN, TIMEOUT = 4e-3, 20e-3  # [s] between two goings-back; without any progress
 TURN = 1 << 16
@@ -35,7 +36,8 @@ class Stream:
         self._base = self._next = 0
         self._free = queue
         self._back_at = self._progress_at = board.port.now()
-        self._calm = CALM
+        self._calm = 0  # short frames until the link has shown that it is good
+        self._lossy = False
         self.sent_again = 0
         board.listeners.append(self._hear)
 
@@ -61,12 +63,14 @@ class Stream:
         while (frame := self._frame(self._next)) is not None:
             out = self._frames[self._base : self._next]
             waiting = sum(f.segments for f in out)
-            size = sum(len(f.body) + OVERHEAD for f in out) + len(frame.body) + OVERHEAD
+            times = TWICE if self._lossy else 1
+            size = times * sum(len(f.body) + OVERHEAD for f in (*out, frame))
             if self._free - waiting < frame.segments or size > WINDOW:
                 return
             if not out:
                 self._progress_at = now
-            self._board.send(Type.SEGMENTS, frame.body, self._next)
+            for _ in range(times):
+                self._board.send(Type.SEGMENTS, frame.body, self._next)
             self._next += 1
 
     def _frame(self, number: int) -> _Frame | None:
@@ -79,6 +83,7 @@ class Stream:
         if not chosen:
             return None
         self._calm += 1
+        self._lossy &= self._calm < CALM
         body = b"".join(SEGMENT.pack(*segment) for segment in chosen)
         self._frames.append(_Frame(body, len(chosen), begin + len(chosen)))
         return self._frames[-1]
@@ -105,3 +110,4 @@ class Stream:
         self._next = self._base
         self._back_at = self._progress_at = now
         self._calm = 0
+        self._lossy = True
