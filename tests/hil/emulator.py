@@ -145,10 +145,16 @@ class Emulator:
     def poke(self, symbol: str, data: bytes) -> None:
         """Change a variable of the firmware."""
         for offset, value in enumerate(data):
-            self._in.write(struct.pack("<cHB", b"S", self._address(symbol) + offset, value))
+            self.poke_at(self._address(symbol) + offset, value)
+
+    def poke_at(self, address: int, value: int) -> None:
+        """Change one byte of data memory."""
+        self._in.write(struct.pack("<cHB", b"S", address, value))
 
     def _address(self, symbol: str) -> int:
-        return _symbols(self.elf)[symbol] & 0xFFFF
+        known = _symbols(self.elf)
+        numbered = [name for name in known if name.startswith(f"{symbol}.")]  # static in a function
+        return known[symbol if symbol in known else numbered[0]] & 0xFFFF
 
     def close(self) -> None:
         """End the process."""

@@ -98,7 +98,8 @@ def _drive(
         def watch(drive: Drive) -> None:
             live(drive)
             difference = beside(drive) if beside else ""
-            screen.update(f"{drive.time:6.1f} s of {plan.time[-1]:.1f} s {difference}")
+            if drive.time > 0:
+                screen.update(f"{drive.time:6.1f} s of {plan.time[-1]:.1f} s {difference}")
 
         log = Drive(board, plan, tracker, watch).run()
     try:

@@ -21,7 +21,7 @@ class Clock:
 
     tick_hz: int = 1
     samples: list[tuple[float, float, float]] = field(default_factory=list)
-    _last: int = 0
+    _last: int | None = None
     _turns: int = 0
 
     def add(self, sent: float, heard: float, tick: float) -> None:
@@ -31,12 +31,13 @@ class Clock:
     def unwrapped(self, tick: float) -> float:
         """A tick beyond its 32 bits; call it in the order of time, to within half a turn."""
         low = tick % WRAP
-        ahead = (low - self._last) % WRAP
+        last = int(low) if self._last is None else self._last
+        ahead = (low - last) % WRAP
         if ahead < WRAP / 2:
-            self._turns += low < self._last
+            self._turns += low < last
             self._last = int(low)
             return self._turns * WRAP + low
-        return (self._turns - (low > self._last)) * WRAP + low
+        return (self._turns - (low > last)) * WRAP + low
 
     @property
     def round_trips(self) -> NDArray[np.float64]:

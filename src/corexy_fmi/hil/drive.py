@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -69,6 +70,7 @@ class Drive:
         self.board, self.plan, self.tracker = board, plan, tracker
         self.log = Log(plan)
         self._watch = watch
+        self._started = False
         info = board.info
         if info is None:
             raise InputError("board: not connected")
@@ -101,9 +103,11 @@ class Drive:
 
     @property
     def time(self) -> float:
-        """Time [s] of the motion at the last report; negative before it starts."""
+        """Time [s] of the motion at the last report; negative, -inf at first, before it starts."""
         status = self.board.status
-        tick = self.log.start if status is None else status.tick
+        if not self._started or status is None:
+            return -math.inf
+        tick = status.tick
         return (self.board.clock.unwrapped(tick) - self.log.start) * self.plan.scale.tick
 
     def _look(self, wait: float = 1e-3) -> None:
@@ -138,6 +142,7 @@ class Drive:
             tick = (self.board.fresh_status().tick + lead) % (1 << 32)
             self.log.start = int(self.board.clock.unwrapped(tick))
             if self.board.request(Type.RUN, WORD.pack(tick)) is Cause.NOTHING:
+                self._started = True
                 return
         raise InputError("board: it did not start; the link is too bad, see `corexy hil check`")
 
