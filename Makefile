@@ -2,7 +2,9 @@
 PYTHON := .venv/bin/python
 SEED ?= 0
 
-.PHONY: help bootstrap demo test lint unit proof blind bench
+FIRMWARE := stepper
+
+.PHONY: help bootstrap demo test lint unit proof blind bench firmware flash hil
 
 help:
 	@echo "make demo          the main job on bundled recordings; results in out/demo"
@@ -10,6 +12,9 @@ help:
 	@echo "make blind SEED=n  one concealed case: drawn, sealed, diagnosed, opened"
 	@echo "make proof         the long studies"
 	@echo "make bench         speed against peers"
+	@echo "make firmware      firmware of the board (needs gcc-avr avr-libc)"
+	@echo "make flash PORT=p  builds it and writes it to the board at p (needs avrdude)"
+	@echo "make hil           faults and ten minutes on an emulated board"
 
 bootstrap:
 	@sh scripts/bootstrap
@@ -36,3 +41,16 @@ proof: bootstrap
 
 bench: bootstrap
 	@$(PYTHON) -m benchmarks.speed
+
+firmware:
+	@command -v avr-gcc > /dev/null || { echo "avr-gcc is missing; install it: apt-get install gcc-avr avr-libc" >&2; exit 1; }
+	@$(MAKE) --no-print-directory -C firmware
+
+flash: firmware
+	@test -n "$(PORT)" || { echo "make flash: say where the board is, such as PORT=/dev/ttyACM0" >&2; exit 1; }
+	@command -v avrdude > /dev/null || { echo "avrdude is missing; install it: apt-get install avrdude" >&2; exit 1; }
+	avrdude -p m328p -c arduino -P "$(PORT)" -b 115200 -U flash:w:firmware/build/$(FIRMWARE).hex:i
+
+hil: bootstrap
+	@$(PYTHON) -m tests.hil.faults
+	@$(PYTHON) -m tests.hil.soak
