@@ -12,6 +12,7 @@
 
 #ifdef DC
 #define KIND 'D'
+#define ENCODERLESS 0
 #define TICK_HZ 1000UL
 #define FRACTION_BITS 20 /* 1 count = 2^20: rates up to 2047 counts a tick */
 #define ESTOP_HIGH (PIND & _BV(PD4))
@@ -20,6 +21,7 @@
 #define SWITCH_Y_HIGH (PIND & _BV(PD3))
 #else
 #define KIND 'S'
+#define ENCODERLESS 1 /* counts are commands: after a sudden stop nobody knows the place */
 #define TICK_HZ 25000UL /* a step is high for one tick, 40 us: the TB6560 wants 30 us */
 #define FRACTION_BITS 32 /* 1 step = 2^32: rates up to half a step a tick */
 #define STEP_A _BV(PD2)

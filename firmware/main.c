@@ -146,7 +146,7 @@ static uint8_t on_release(void)
 {
 	if (state == RUNNING || state == STOPPING || state == ARMED) return REFUSED_STATE;
 	drive_enable(0);
-	position_known = 0;
+	if (ENCODERLESS) position_known = 0;
 	return NOTHING;
 }
 
@@ -154,7 +154,7 @@ static uint8_t on_estop(void)
 {
 	motion_cut(BY_ESTOP_FRAME);
 	drive_enable(0);
-	position_known = 0;
+	if (ENCODERLESS) position_known = 0;
 	return NOTHING;
 }
 

@@ -45,7 +45,8 @@ void motion_cut(uint8_t cause)
 	static const int32_t none[2];
 	uint8_t saved = SREG;
 	cli();
-	if (state == RUNNING || state == STOPPING) position_known = 0;
+	uint8_t moved = state == RUNNING || state == STOPPING;
+	if (cause == BY_ENCODER || (ENCODERLESS && moved)) position_known = 0;
 	if (state != FAULT || cause == BY_ESTOP_PIN || cause == BY_ESTOP_FRAME) fault = cause;
 	state = FAULT;
 	drive_set_rates(none);
@@ -77,7 +78,7 @@ static uint8_t rate_fault(const struct segment *next, const struct end *from, ui
 	uint32_t change = now > before ? (uint32_t)now - before : (uint32_t)before - now;
 	if (magnitude(now) > config.rate) return BY_RATE;
 	if (change > allowed) return BY_ACCELERATION;
-	if ((now < 0 && before > 0) || (now > 0 && before < 0)) return BY_REVERSAL;
+	if (KIND == 'S' && ((now < 0 && before > 0) || (now > 0 && before < 0))) return BY_REVERSAL;
 	return NOTHING;
 }
 

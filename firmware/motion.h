@@ -32,6 +32,13 @@ extern volatile struct segment queue[QUEUE];
 extern volatile uint8_t queue_head, queue_tail;
 extern uint16_t next_frame; /* number of the segment frame that is expected */
 
+/* dc only: the position loop */
+struct gains {
+	int32_t kp, kd; /* [mV/count, mV per count a tick] in 1/256 */
+	uint16_t supply, largest; /* [mV] full duty, and the most that the loop may ask for */
+	uint16_t astray; /* [counts] from the reference at which a motor does not follow */
+} __attribute__((packed));
+
 #ifdef DC
 #define TICK_CYCLES TCNT2
 #else
@@ -66,5 +73,7 @@ void drive_reset(void);
 /* volts of both motors in mV; 0 for steppers */
 void drive_volts(int16_t volts[2]);
 uint16_t drive_longest(void);
+/* dc only: take the gains; 0, or why not */
+uint8_t drive_gains(const uint8_t *body, uint8_t length);
 
 #endif

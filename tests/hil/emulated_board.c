@@ -10,7 +10,7 @@
  *      'X'                               reset pin
  *      'G' address u16, n u8             read n bytes of data memory
  *      'S' address u16, value u8         write one
- * out: 'R' -> state u8, cycle u64, steps i32 x 2, high cycles of PB1, PB2 u32 x 2, port D u8,
+ * out: 'R' -> state u8, cycle u64, steps i32 x 2, duty of OC1A, OC1B u32 x 2, port D u8,
  *      n u32, UART bytes, m u32, edges of 16 bytes: cycle u64, port u8, bit u8, level u8, 0, count i32
  */
 #include <stdint.h>
@@ -39,8 +39,6 @@ struct pin {
 	uint8_t bit, level;
 	struct pin *direction; /* steps count down while it is high */
 	int32_t count;
-	uint64_t since, high; /* [cycles] */
-	int logged;
 };
 
 static FILE *replies; /* our stdout: libsimavr would print there too */
@@ -51,10 +49,10 @@ static uint8_t to_board[MANY], from_board[MANY];
 static size_t to_head, to_tail, from_count, edge_count;
 static struct edge edges[MANY];
 static struct pin pins[] = {
-	{ .port = 'D', .bit = 5, .logged = 1 }, { .port = 'D', .bit = 6, .logged = 1 },
-	{ .port = 'D', .bit = 2, .logged = 1, .direction = &pins[0] },
-	{ .port = 'D', .bit = 3, .logged = 1, .direction = &pins[1] },
-	{ .port = 'B', .bit = 0, .logged = 1 }, { .port = 'B', .bit = 1 }, { .port = 'B', .bit = 2 },
+	{ .port = 'D', .bit = 5 }, { .port = 'D', .bit = 6 },
+	{ .port = 'D', .bit = 2, .direction = &pins[0] },
+	{ .port = 'D', .bit = 3, .direction = &pins[1] },
+	{ .port = 'B', .bit = 0 },
 };
 static int32_t encoder[2], encoder_goal[2];
 
@@ -92,10 +90,7 @@ static void on_pin(avr_irq_t *irq, uint32_t value, void *param)
 	(void)irq;
 	if (level == pin->level) return;
 	pin->level = level;
-	if (!level) pin->high += avr->cycle - pin->since;
-	pin->since = avr->cycle;
 	if (pin->direction && level) pin->count += pin->direction->level ? -1 : 1;
-	if (!pin->logged) return;
 	if (edge_count == MANY) fputs("emulated_board: edges lost\n", stderr), exit(1);
 	edges[edge_count++] = (struct edge){ avr->cycle, pin->port, pin->bit, level, 0, pin->count };
 }
@@ -170,12 +165,15 @@ static void get(void *into, size_t size)
 
 static void give(const void *from, size_t size) { fwrite(from, 1, size, replies); }
 
-static uint32_t high_cycles(struct pin *pin)
+/* duty of OC1A or OC1B in 1/65536 from the timer's registers: simavr 1.6 keeps the pin's old width
+ * when a compare register is written */
+static uint32_t duty(int channel)
 {
-	if (pin->level) pin->high += avr->cycle - pin->since, pin->since = avr->cycle;
-	uint32_t high = pin->high;
-	pin->high = 0;
-	return high;
+	const uint8_t *data = avr->data;
+	uint32_t top = data[0x86] | data[0x87] << 8;
+	uint32_t match = data[0x88 + 2 * channel] | data[0x89 + 2 * channel] << 8;
+	int connected = data[0x80] & (channel ? 0x20 : 0x80);
+	return connected && top ? (match + 1) * 65536 / (top + 1) : 0;
 }
 
 static void run(void)
@@ -183,10 +181,10 @@ static void run(void)
 	uint64_t cycle;
 	get(&cycle, sizeof cycle);
 	uint8_t state = run_encoders(cycle), port_d = avr->data[0x2b];
-	uint32_t high[2] = { high_cycles(&pins[5]), high_cycles(&pins[6]) };
+	uint32_t duties[2] = { duty(0), duty(1) };
 	uint32_t bytes = from_count, count = edge_count;
 	int32_t steps[2] = { pins[2].count, pins[3].count };
-	give(&state, 1), give(&avr->cycle, 8), give(steps, 8), give(high, 8), give(&port_d, 1);
+	give(&state, 1), give(&avr->cycle, 8), give(steps, 8), give(duties, 8), give(&port_d, 1);
 	give(&bytes, 4), give(from_board, bytes), give(&count, 4), give(edges, count * sizeof *edges);
 	fflush(replies);
 	from_count = edge_count = 0;

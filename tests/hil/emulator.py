@@ -71,7 +71,7 @@ class Ran:
     state: int
     cycle: int
     counts: tuple[int, int]
-    high: tuple[int, int]
+    duties: tuple[int, int]  # [1/65536]
     port_d: int
     data: bytes
     edges: NDArray[np.void] = field(repr=False)
@@ -90,7 +90,8 @@ class Emulator:
         self._in, self._out = self._process.stdin, self._process.stdout
         self.cycle = 0
         self.run(1e-4)  # the firmware sets its pull-ups before the switches are read
-        closed = ("C0", "B1", "B2") if firmware == "stepper" else ("D4", "D2", "D3")
+        encoders = ("C0", "C1", "C2", "C3")  # both at count 0
+        closed = ("C0", "B1", "B2") if firmware == "stepper" else ("D4", "D2", "D3", *encoders)
         for pin in closed:
             self.pin(pin, 0)
 

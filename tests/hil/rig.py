@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -62,6 +63,13 @@ class Stage:
         self._stack.close()
 
 
+class Placed(Protocol):
+    """Something at x, y [m]."""
+
+    x: float
+    y: float
+
+
 class Rig:
     """A port whose other end is the emulated board: reading it lets emulated time pass.
 
@@ -99,7 +107,7 @@ class Rig:
                 self._sample(self.stage)
         return self.to_host(ran.data)
 
-    def _sample(self, stage: Stage) -> None:
+    def _sample(self, stage: Placed) -> None:
         now = self.now()
         self.truth.append((now, stage.x, stage.y))
         text = f"{now + 1234.5!r} {stage.x!r} {stage.y!r}\n".encode()

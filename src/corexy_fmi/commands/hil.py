@@ -36,7 +36,11 @@ CentredOption = Annotated[
 TrackerOption = Annotated[
     str | None, typer.Option(metavar="PORT", help="Lines 't x y' [s, m]: a port or udp://:9000.")
 ]
-CountsOption = Annotated[int, typer.Option(help="Microsteps of a motor revolution.")]
+CountsOption = Annotated[
+    int | None,
+    typer.Option(help="Counts of a motor revolution; else 3200 microsteps, or 4000 of an encoder."),
+]
+SupplyOption = Annotated[float, typer.Option(help="Supply of dc motors at full duty [V].")]
 SpeedOption = Annotated[float, typer.Option(help="Fastest belt [m/s].")]
 AccelOption = Annotated[float, typer.Option(help="Belt acceleration beyond jumps [m/s^2].")]
 JumpOption = Annotated[float, typer.Option(help="Largest jump of a belt's speed [m/s].")]
@@ -67,7 +71,8 @@ def run(
     centred: CentredOption = False,
     tracker: TrackerOption = None,
     beside: BesideOption = False,
-    counts: CountsOption = 3200,
+    counts: CountsOption = None,
+    supply: SupplyOption = 24.0,
     max_speed: SpeedOption = Allowed.speed,
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
@@ -85,11 +90,12 @@ def run(
     order, chosen = read_recording(motion), load_machine(machine)
     check_drive(order, chosen)
     if "phi1" not in order:
-        raise InputError(f"{motion}: no columns phi1, phi2, expected the angles of a stepper run")
+        raise InputError(f"{motion}: no columns phi1, phi2, expected commanded angles")
     check_stage(order, chosen)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump)
-    execute(Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside), order, {})
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply)
+    execute(setup, order, {})
 
 
 @app.command("rectangle")
@@ -108,7 +114,8 @@ def rectangle(
     centred: CentredOption = False,
     tracker: TrackerOption = None,
     beside: BesideOption = False,
-    counts: CountsOption = 3200,
+    counts: CountsOption = None,
+    supply: SupplyOption = 24.0,
     max_speed: SpeedOption = Allowed.speed,
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
@@ -127,7 +134,7 @@ def rectangle(
     order = rectangle_command(shape, chosen, out.name)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside)
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply)
     made = execute(setup, replace(order, metadata={}), {})
     if made is not None and "x" in made:
         show_corners(corner_table(made, shape))

@@ -15,9 +15,10 @@ from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.drive import AHEAD, Drive, Log
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.live import LiveFile, part_of
+from corexy_fmi.hil.loop import Gains
 from corexy_fmi.hil.motions import with_approach
 from corexy_fmi.hil.port import SerialPort
-from corexy_fmi.hil.protocol import Info
+from corexy_fmi.hil.protocol import Info, Type
 from corexy_fmi.hil.record import recording
 from corexy_fmi.hil.segments import Plan, check
 from corexy_fmi.hil.tracker import Tracker, open_lines
@@ -25,7 +26,11 @@ from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording, write_recording
 
 STOPPED = 3  # exit status: the motion did not come to its end
-STEPPER = Info(1, "S", 64, 0, 32, 25_000, 16_000_000)  # for a dry run, when no board is asked
+BOARDS = {  # both firmwares: what a dry run assumes, when no board is asked
+    "stepper": Info(1, "S", 64, 0, 32, 25_000, 16_000_000),
+    "dc": Info(1, "D", 64, 0, 20, 1_000, 16_000_000),
+}
+COUNTS = {"stepper": 3200, "dc": 4000}  # of a revolution: 16 microsteps; 1000 lines
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class Setup:
     """What the options of a run say."""
 
     machine: Machine
-    counts: int
+    counts: int | None
     allowed: Allowed
     port: str
     out: Path
@@ -41,6 +46,12 @@ class Setup:
     centred: bool
     arm: bool
     beside: bool
+    supply: float
+
+    @property
+    def counts_per_turn(self) -> int:
+        """Steps or encoder counts of a motor revolution."""
+        return COUNTS[self.machine.drive] if self.counts is None else self.counts
 
 
 def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording | None:
@@ -49,20 +60,28 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
     Leaves with status 3 where the motion stopped early; its recording up to then is written.
     Raises InputError for what the machine or the board does not allow.
     """
-    if setup.machine.drive != "stepper":
-        raise InputError(f"machine {setup.machine.name!r}: drive dc, expected drive stepper: the "
-                         "board has no dc firmware yet")  # fmt: skip
+    if setup.machine.drive == "dc" and setup.beside:
+        raise InputError("--beside: it drives the FMU with angles, expected a stepper machine")
     if not setup.arm:
         _dry(setup, order)
         return None
     tracker = Tracker(open_lines(setup.tracker)) if setup.tracker else None
     board = Board(SerialPort(setup.port))
-    scale = Scale.of(board.connect(), setup.machine, setup.counts)
+    info = board.connect()
+    wanted = BOARDS[setup.machine.drive]
+    if info.kind != wanted.kind:
+        raise InputError(
+            f"machine {setup.machine.name!r}: drive {setup.machine.drive}, but the board has the "
+            "other firmware: `make flash FIRMWARE=stepper` or `FIRMWARE=dc` writes the right one"
+        )
+    scale = Scale.of(info, setup.machine, setup.counts_per_turn)
     limits = Limits.of(setup.machine, scale, setup.allowed)
     status = board.prepare(limits, setup.centred)
+    if not scale.steps:
+        board.command(Type.GAINS, Gains.of(setup.machine, scale, setup.supply).pack())
     plan, begin = with_approach(order, scale, status.counts)
     check(plan, limits)
-    lines = {**provenance(setup.machine, "board"), **about}
+    lines = {**provenance(setup.machine, "board"), **about, **_loop(setup.machine)}
     made, log = _drive(setup, board, plan, begin, tracker, lines)
     _tell(log, scale, setup)
     if log.trouble:
@@ -70,9 +89,17 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
     return made
 
 
+def _loop(machine: Machine) -> dict[str, str]:
+    """Metadata: the loop of a dc board, so that a replay closes it too."""
+    loop = machine.controller
+    if machine.drive != "dc" or loop is None:
+        return {}
+    return {"controller": f"pd kp={loop.kp!r} kd={loop.kd!r}"}
+
+
 def _dry(setup: Setup, order: Recording) -> None:
     """What would be done."""
-    scale = Scale.of(STEPPER, setup.machine, setup.counts)
+    scale = Scale.of(BOARDS[setup.machine.drive], setup.machine, setup.counts_per_turn)
     limits = Limits.of(setup.machine, scale, setup.allowed)
     plan, begin = with_approach(order, scale, (0, 0))
     check(plan, limits)
@@ -121,7 +148,8 @@ def _tell(log: Log, scale: Scale, setup: Setup) -> None:
     where = f"the carriage is at x = {x:.5f} m, y = {y:.5f} m"
     if not log.known:
         where = "the carriage's place is unknown: centre it by hand, then --centred"
-    said = f"stopped: {log.trouble}" if log.trouble else "complete: every commanded step counted"
+    ended = "every commanded step counted" if scale.steps else "the encoders followed"
+    said = f"stopped: {log.trouble}" if log.trouble else f"complete: {ended}"
     say(f"{said}; {where}")
     if log.trouble:
         typer.echo(f"{setup.port}: {log.trouble}", err=True)

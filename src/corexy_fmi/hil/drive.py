@@ -18,6 +18,7 @@ from corexy_fmi.hil.tracker import Tracker
 AHEAD = 0.1  # [s] at least: less than this in the board's queue is too slow a host
 LEAD, LATE = 0.2, 10  # [s] from RUN to the first tick of the motion; tries if it came too late
 RECONNECT = 5.0  # [s] to wait for a port that went away
+SILENT = 1.0  # [s] without a report: the board is gone, or busy beyond hope
 STOPPED = 3.0  # [s] within which a ramp must have ended
 
 
@@ -44,8 +45,8 @@ class Log:
 
     @property
     def complete(self) -> bool:
-        """The motion came to its end, and the board counted what was commanded."""
-        return not self.trouble and self.counts == self.plan.counts
+        """The motion came to its end, and a stepper board counted what was commanded."""
+        return not self.trouble and (not self.plan.scale.steps or self.counts == self.plan.counts)
 
     def played(self) -> float:
         """Time [s] of the motion up to which the board followed the plan."""
@@ -71,6 +72,7 @@ class Drive:
         self.log = Log(plan)
         self._watch = watch
         self._started = False
+        self._heard = 0.0
         info = board.info
         if info is None:
             raise InputError("board: not connected")
@@ -85,6 +87,7 @@ class Drive:
             board.command(Type.ARM)
             self._fill()
             self._start()
+            self._heard = board.port.now()
             board.listeners.append(self._hear)
             while self._moving():
                 self._look()
@@ -153,6 +156,8 @@ class Drive:
             log.trouble, log.known = "board reset in the run; centre by hand, then --centred", False
             log.cause = Cause.REFUSED_STATE
             return False
+        if self.board.port.now() - self._heard > SILENT:
+            raise InputError("board: no reports; check power and cable, then `corexy hil check`")
         if status is None:
             return True
         if status.state is State.FAULT:
@@ -171,6 +176,7 @@ class Drive:
 
     def _hear(self, message: Message, now: float) -> None:
         if isinstance(message, Status):
+            self._heard = now
             tick = int(self.board.clock.unwrapped(message.tick))
             self.log.reports.append((tick, message.counts))
             if message.state in (State.STOPPING, State.FAULT) and self.log.end is None:
@@ -216,7 +222,7 @@ class Drive:
             status = board.fresh_status()
             log.counts, log.frames_bad = status.counts, status.frames_bad
             log.known = bool(status.flags & Flag.POSITION_KNOWN)
-            if not log.trouble and log.counts != self.plan.counts:
+            if not log.trouble and not log.complete:
                 log.trouble = f"board counted {log.counts}, commanded {self.plan.counts}"
             if status.state is State.ARMED:
                 board.request(Type.CLEAR)

@@ -28,13 +28,14 @@ class Scale:
     """Motor angles in the board's integers.
 
     ``counts`` per revolution; ``one`` is one count as an integer position; ``radius`` [m] of the
-    pulley; ``tick`` [s].
+    pulley; ``tick`` [s]; ``steps`` where counts are steps and not those of an encoder.
     """
 
     counts: int
     one: int
     radius: float
     tick: float
+    steps: bool = True
 
     @classmethod
     def of(cls, info: Info, machine: Machine, counts: int) -> Scale:
@@ -42,7 +43,7 @@ class Scale:
         if counts < 1:
             raise InputError(f"counts per revolution: found {counts}, expected at least 1")
         radius = machine.parameters["pulley_radius"]
-        return cls(counts, 1 << info.fraction_bits, radius, 1 / info.tick_hz)
+        return cls(counts, 1 << info.fraction_bits, radius, 1 / info.tick_hz, info.kind == "S")
 
     @property
     def per_metre(self) -> float:

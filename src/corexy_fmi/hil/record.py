@@ -20,9 +20,10 @@ def recording(
 ) -> Recording:
     """Rows where segments meet, where the board reported and where the tracker sampled.
 
-    ``phi1, phi2`` are exact: what the board played.  ``steps1, steps2`` are what it had emitted, to
-    the nearest tick.  Time 0 is ``begin`` [s] of the plan; a run that stopped early ends at the
-    last instant at which the board followed its plan.  Raises InputError where nothing was played.
+    ``phi1, phi2`` are exact: what the board played, for dc its references.  ``steps1, steps2`` are
+    what it had emitted, to the nearest tick; ``phi1_meas, phi2_meas`` a dc board's encoders.  Time
+    0 is ``begin`` [s] of the plan; a run that stopped early ends at the last instant at which the
+    board followed its plan.  Raises InputError where nothing was played.
     """
     end = log.plan.time[-1] if log.complete else log.played()
     if end <= begin:
@@ -44,7 +45,11 @@ def rows(
         f"phi{m + 1}": np.interp(time, log.plan.time, log.plan.angles[:, m]) for m in (0, 1)
     }
     for m in (0, 1):
-        channels[f"steps{m + 1}"] = _placed(time, reports, counts[:, m])
+        seen = _placed(time, reports, counts[:, m])
+        if log.plan.scale.steps:
+            channels[f"steps{m + 1}"] = seen
+        else:
+            channels[f"phi{m + 1}_meas"] = seen * log.plan.scale.angle(1)
     if tracker is not None:
         places = places if len(stamps) else np.empty((0, 2))
         for k, axis in enumerate("xy"):

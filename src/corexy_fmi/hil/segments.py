@@ -69,7 +69,7 @@ class Plan:
 def plan(time: Array, angles: Array, scale: Scale, start: tuple[int, int]) -> Plan:
     """Follow angles (n, 2) [rad], linear between times (n,) [s], from the counts of the board.
 
-    Rows closer to the straight line than a quarter count are passed over; a motor that reverses
+    Rows closer to the straight line than a quarter count are passed over; a stepper that reverses
     stands still for two ticks.  Raises InputError where rows are too near for the board's clock.
     """
     ticks = np.rint((time - time[0]) / scale.tick).astype(np.int64)
@@ -80,7 +80,8 @@ def plan(time: Array, angles: Array, scale: Scale, start: tuple[int, int]) -> Pl
     rates = (0, 0)
     for first, last in _spans(ticks, goals, scale):
         goal = [round(float(g) * one) + half for g in goals[last]]
-        for segment in _reach(position, goal, int(ticks[last] - ticks[first]), rates):
+        span = int(ticks[last] - ticks[first])
+        for segment in _reach(position, goal, span, rates if scale.steps else (0, 0)):
             segments.append(segment)
             rates = segment[1:]
             for m in (0, 1):
@@ -102,10 +103,10 @@ def _tracked(segments: list[Segment], start: tuple[int, int], scale: Scale) -> P
 def _spans(ticks: NDArray[np.int64], goals: Array, scale: Scale) -> list[tuple[int, int]]:
     """Pairs of rows between which the path is straight."""
     spans, first = [], 0
-    longest = round(LONGEST / scale.tick)
+    longest, fewest = round(LONGEST / scale.tick), FEWEST_TICKS if scale.steps else 1
     while first < len(ticks) - 1:
         last = first + 1
-        while last < len(ticks) - 1 and ticks[last] - ticks[first] < FEWEST_TICKS:
+        while last < len(ticks) - 1 and ticks[last] - ticks[first] < fewest:
             last += 1
         while last + 1 < len(ticks) and ticks[last + 1] - ticks[first] <= longest:
             inner = slice(first + 1, last + 1)
@@ -114,7 +115,7 @@ def _spans(ticks: NDArray[np.int64], goals: Array, scale: Scale) -> list[tuple[i
             if np.abs(chord - goals[inner]).max() > TOLERANCE:
                 break
             last += 1
-        if ticks[last] - ticks[first] >= FEWEST_TICKS:
+        if ticks[last] - ticks[first] >= fewest:
             spans.append((first, last))
         elif spans:
             spans[-1] = (spans[-1][0], last)
