@@ -89,6 +89,7 @@ class Rig:
         self._every = round(1 / tracker_rate / SLICE)
         self._slices = 0
         self.revive: Callable[[], None] = lambda: None
+        self.noise = np.random.default_rng(0), 0.0  # [m] of the tracker
         self.host_delay = 0.0  # [s] by which the tracker's lines come late
 
     def read(self, wait: float) -> bytes:
@@ -110,7 +111,9 @@ class Rig:
     def _sample(self, stage: Placed) -> None:
         now = self.now()
         self.truth.append((now, stage.x, stage.y))
-        text = f"{now + 1234.5!r} {stage.x!r} {stage.y!r}\n".encode()
+        rng, size = self.noise
+        x, y = np.array([stage.x, stage.y]) + size * rng.standard_normal(2)
+        text = f"{now + 1234.5!r} {float(x)!r} {float(y)!r}\n".encode()
         self.lines.append((now + self.host_delay, text))
 
     def write(self, data: bytes) -> None:

@@ -82,6 +82,16 @@ def test_nothing_moves_without_arm(plugged: Plugged, tmp_path: Path) -> None:
     assert plugged.process.communicate(timeout=PATIENCE)[0] == "0 0\n"
 
 
+def test_an_absent_port_is_one_line() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "corexy_fmi", "hil", "check", "--port", "nowhere"],
+        capture_output=True, text=True, cwd=ROOT,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr.startswith("nowhere: ")
+    assert done.stderr.count("\n") == 1
+
+
 def test_interrupt_ramps_down_and_says_where(plugged: Plugged, tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     done = plugged.drive(out, "--arm", "--loops", "20")

@@ -8,10 +8,18 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.hil_run import Setup, execute
+from corexy_fmi.commands.hil_diagnose import commission, result_files, shapes
+from corexy_fmi.commands.hil_run import Setup, execute, open_bench
 from corexy_fmi.commands.hil_watch import show_link, show_live
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
-from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
+from corexy_fmi.commands.screen import (
+    ASSUMED,
+    MachineOption,
+    existing_folder_or_none,
+    label,
+    say,
+)
+from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.corners import corner_table
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
@@ -138,6 +146,49 @@ def rectangle(
     made = execute(setup, replace(order, metadata={}), {})
     if made is not None and "x" in made:
         show_corners(corner_table(made, shape))
+
+
+@app.command("diagnose")
+def diagnose(
+    port: PortOption,
+    tracker: Annotated[str, typer.Option(metavar="PORT", help="Lines 't x y': port or udp://.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+    ],
+    machine: MachineOption = ASSUMED,
+    arm: ArmOption = False,
+    centred: CentredOption = False,
+    counts: CountsOption = None,
+    supply: SupplyOption = 24.0,
+    max_speed: SpeedOption = Allowed.speed,
+    max_accel: AccelOption = Allowed.acceleration,
+    max_jump: JumpOption = Allowed.jump,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes of the diagnosis.")] = 1,
+) -> None:
+    """Drive two commissioning rectangles, and diagnose what the tracker saw of them.
+
+    The second is held out, to judge. Writes both recordings, and the files of `corexy diagnose`.
+
+    Examples:
+
+    corexy hil diagnose --port /dev/ttyUSB0 --tracker udp://:9000 --out result
+
+    corexy hil diagnose --port /dev/ttyUSB0 --tracker udp://:9000 --centred --arm --out result
+    """
+    chosen = load_machine(machine)
+    label(chosen)
+    allowed = Allowed(max_speed, max_accel, max_jump)
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, False, supply)
+    if not arm:
+        for name, shape in shapes(chosen).items():
+            execute(setup, replace(rectangle_command(shape, chosen, name), metadata={}), {})
+        return
+    board, source = open_bench(setup)
+    assert source is not None
+    show_verdict(commission(setup, board, source, jobs))
+    for path in result_files(out):
+        say(f"{path}")
 
 
 @app.command("check")

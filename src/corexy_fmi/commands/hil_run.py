@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,11 +66,28 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
     if not setup.arm:
         _dry(setup, order)
         return None
+    board, tracker = open_bench(setup)
+    return drive_on(setup, board, order, tracker, about)
+
+
+def open_bench(setup: Setup) -> tuple[Board, Tracker | None]:
+    """The board at its port and the tracker, if there is one."""
     tracker = Tracker(open_lines(setup.tracker)) if setup.tracker else None
-    board = Board(SerialPort(setup.port))
+    return Board(SerialPort(setup.port)), tracker
+
+
+def drive_on(
+    setup: Setup,
+    board: Board,
+    order: Recording,
+    tracker: Tracker | None,
+    about: Mapping[str, str] | None = None,
+) -> Recording | None:
+    """Drive a board that is there; as `execute`.  The tracker begins anew."""
+    if tracker is not None:
+        tracker.samples.clear()
     info = board.connect()
-    wanted = BOARDS[setup.machine.drive]
-    if info.kind != wanted.kind:
+    if info.kind != BOARDS[setup.machine.drive].kind:
         raise InputError(
             f"machine {setup.machine.name!r}: drive {setup.machine.drive}, but the board has the "
             "other firmware: `make flash FIRMWARE=stepper` or `FIRMWARE=dc` writes the right one"
@@ -81,7 +99,7 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
         board.command(Type.GAINS, Gains.of(setup.machine, scale, setup.supply).pack())
     plan, begin = with_approach(order, scale, status.counts)
     check(plan, limits)
-    lines = {**provenance(setup.machine, "board"), **about, **_loop(setup.machine)}
+    lines = {**provenance(setup.machine, "board"), **(about or {}), **_loop(setup.machine)}
     made, log = _drive(setup, board, plan, begin, tracker, lines)
     _tell(log, scale, setup)
     if log.trouble:
