@@ -10,10 +10,12 @@ from rich.table import Table
 
 from corexy_fmi.commands.screen import cells, console, say
 from corexy_fmi.hil.board import Board
+from corexy_fmi.hil.drive import AHEAD
 from corexy_fmi.hil.port import LinkLostError
 from corexy_fmi.hil.protocol import Flag, Status
 
 REFRESH = 10  # [Hz]
+WAKES = 500  # sleeps that are timed
 
 
 def show_link(board: Board, seconds: float) -> None:
@@ -26,7 +28,11 @@ def show_link(board: Board, seconds: float) -> None:
         board.keep_alive()
         board.poll()
     table = Table("what", "value")
-    for what, value in [*_firmware(board), *_link(board, reports, seconds)]:
+    for what, value in [
+        *_firmware(board),
+        *_link(board, reports, seconds),
+        *_host(),
+    ]:
         table.add_row(*cells(what, value))
     console().print(table)
 
@@ -65,6 +71,19 @@ def _link(board: Board, reports: list[Status], seconds: float) -> list[tuple[str
             ("clock drift", f"{1e6 * (rate - 1):.1f} ppm" if rate != 1 else "needs 20 s"),
         ]
     return lines
+
+
+def _host() -> list[tuple[str, str]]:
+    """How late this host wakes from a sleep of a millisecond; what streams ahead must outlast it."""
+    late = []
+    for _ in range(WAKES):
+        asked = time.perf_counter() + 1e-3
+        time.sleep(1e-3)
+        late.append(1e3 * (time.perf_counter() - asked))
+    half, most, worst = np.quantile(late, [0.5, 0.99, 1.0])
+    shown = f"late by {half:.2f} ms, 99 % below {most:.2f} ms, at most {worst:.2f} ms"
+    slow = worst > 1e3 * AHEAD
+    return [("this host wakes", shown + (": too slow to stream, close programs" if slow else ""))]
 
 
 def show_live(board: Board, seconds: float | None) -> None:

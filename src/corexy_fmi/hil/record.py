@@ -92,6 +92,8 @@ def _about(log: Log, tracker: Tracker | None) -> dict[str, str]:
         "run": log.trouble or "complete",
         "link": f"frames_bad={log.frames_bad} sent_again={log.sent_again}",
     }
+    if np.isfinite(log.buffered):
+        lines["host"] = f"least_buffered={log.buffered!r} longest_pause={log.pause!r}"
     if tracker is not None:
         lines["tracker"] = f"samples={len(tracker.samples)} bad={tracker.bad}"
         lines["clock"] = "free"  # a latency common to all samples cannot be seen
