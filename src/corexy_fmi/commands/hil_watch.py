@@ -74,7 +74,7 @@ def _link(board: Board, reports: list[Status], seconds: float) -> list[tuple[str
 
 
 def _host() -> list[tuple[str, str]]:
-    """How late this host wakes from a sleep of a millisecond; what streams ahead must outlast it."""
+    """How late this host wakes from a sleep of 1 ms; what streams ahead must outlast it."""
     late = []
     for _ in range(WAKES):
         asked = time.perf_counter() + 1e-3
