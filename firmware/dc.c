@@ -12,7 +12,7 @@
 #define PWM_TOP 799 /* 16 MHz / 800 = 20 kHz */
 #define ENCODERS 0x0f /* PC0 to PC3: A, B of motor 1, A, B of motor 2 */
 #define FAR 32000 /* [1/256 count] errors beyond it count as this much */
-#define STORM 100 /* counts in a tick: the encoder interrupts cannot keep up with 60 */
+#define STORM 100 /* counts of both in a tick, far beyond what the firmware follows */
 #define PATIENCE 20 /* [ms] for which a motor may be too far from its reference */
 
 static struct gains gains;
@@ -59,6 +59,16 @@ static void apply(uint8_t m, int16_t mv)
 	else TCCR1A &= ~output;
 }
 
+/* a count whose bytes belong together: its interrupt may come between them */
+static int32_t counted(uint8_t m)
+{
+	uint8_t saved = SREG;
+	cli();
+	int32_t now = count[m];
+	SREG = saved;
+	return now;
+}
+
 static int32_t clipped(int32_t value, int32_t limit)
 {
 	return value > limit ? limit : value < -limit ? -limit : value;
@@ -67,7 +77,7 @@ static int32_t clipped(int32_t value, int32_t limit)
 /* the loop of one motor; gains are mV per count, in 1/256 */
 static void control(uint8_t m)
 {
-	int32_t now = count[m], moved = now - last_count[m];
+	int32_t now = counted(m), moved = now - last_count[m];
 	int64_t away = reference[m] - ((int64_t)now << FRACTION_BITS)
 		- ((int64_t)1 << (FRACTION_BITS - 1));
 	int32_t error = away >> (FRACTION_BITS - 8);
@@ -138,7 +148,7 @@ ISR(TIMER2_COMPA_vect, ISR_NOBLOCK)
 		state = RUNNING;
 	}
 	for (uint8_t m = 0; m < 2; m++) {
-		if (limp()) apply(m, 0), last_count[m] = count[m];
+		if (limp()) apply(m, 0), last_count[m] = counted(m);
 		else control(m);
 	}
 	uint16_t now = (uint16_t)TCNT2 * 64;
