@@ -91,7 +91,7 @@ def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str,
     instance = next(
         i for i in fit.problem.hypothesis.uses if (i.effect.name, i.location) == (name, location)
     )
-    units = {p.name: p.unit for p in instance.effect.parameters}
+    units = {p.name: p.unit_at(location) for p in instance.effect.parameters}
     table = {}
     for k, unknown in enumerate(fit.problem.unknowns):
         if unknown.key.startswith(f"{name}.{location}."):
@@ -109,15 +109,12 @@ def upper_bound(lead: Lead, bound: float) -> dict[str, object]:
     """The ``not_excluded`` entry of a lead; its size is ``bound`` times its start at most."""
     instance = lead.hypothesis.uses[-1]
     size = instance.effect.size
-    start = max(abs(s) for s in size.starts)
+    start, unit = max(abs(s) for s in size.starts), size.unit_at(instance.location)
     if size.scaling < 0:  # the rigid limit is at infinity: bound its inverse
-        value, parameter, unit = bound / start, f"1/{size.name}", f"1/({size.unit})"
+        value, parameter, unit = bound / start, f"1/{size.name}", f"1/({unit})"
     else:
-        value, parameter, unit = (
-            min(size.neutral + bound * abs(start - size.neutral), size.upper),
-            size.name,
-            size.unit,
-        )
+        value = min(size.neutral + bound * abs(start - size.neutral), size.upper)
+        parameter = size.name
     return {
         "name": instance.effect.name,
         "location": instance.location,
