@@ -30,7 +30,7 @@ EFFECT = Effect(
             (0.5,),
             size=True,
         ),
-        Parameter("center", "m", "middle of the spot", 0.0, -0.5, 0.5, (0.0,), over="position"),
+        Parameter("center", "m", "middle of the spot", 0.0, -0.5, 0.5, (0.01,), over="position"),
         Parameter(
             "width", "m", "Gaussian sigma of the spot", 0.01, 5e-4, 0.2, (0.003, 0.01), log=True
         ),

@@ -14,14 +14,16 @@ import numpy as np
 
 from corexy_fmi.engine.candidates import hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
+from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
-SHORT, FINALISTS, LAWS, MANY = 3, 6, 4, 4
+SHORT, FINALISTS, LAWS = 3, 6, 4
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
-ALWAYS, LEAD_SHARE = 8, 0.02  # leads that are always fitted; share of the best lead's gain
+ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
+LEAST = 1.5  # [nats] that any other lead gains in the screen
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
@@ -57,10 +59,9 @@ class Competition:
         return float(sum(p for e, p in pairs if member in e.hypothesis.key))
 
 
-def penalty(hypothesis: Hypothesis, samples: int) -> float:
-    """Half of the log of the sample count for each parameter (BIC) [nats]."""
-    count = sum(len(i.effect.parameters) for i in hypothesis.uses)
-    count += len(hypothesis.law.knots) if hypothesis.law else 0
+def penalty(problem: Problem, samples: int) -> float:
+    """Half of the log of the sample count for each parameter beyond the nominal (BIC) [nats]."""
+    count = len(problem.unknowns) - problem.nominal_count
     return 0.5 * count * float(np.log(max(samples, 2)))
 
 
@@ -69,14 +70,13 @@ def _samples(fit: Fit) -> int:
 
 
 def _entry(base: Fit, fit: Fit) -> Entry:
-    gain = base.cost - fit.cost - penalty(fit.problem.hypothesis, _samples(fit))
+    gain = base.cost - fit.cost - penalty(fit.problem, _samples(fit))
     return Entry(fit.problem.hypothesis, fit, gain)
 
 
 def _short(lead: Lead) -> Fit:
-    """The best of short fits from the lead's first starts; more where it declares many."""
-    count = 2 if len(lead.starts) < MANY else 4
-    fits = [minimise(lead.problem, start, SHORT, 0.5) for start in lead.starts[:count]]
+    """The best of short fits from the lead's starts."""
+    fits = [minimise(lead.problem, start, SHORT, 0.5) for start in lead.starts]
     return min(fits, key=lambda f: f.cost)
 
 
@@ -88,16 +88,12 @@ def _full(fit: Fit) -> Fit:
 def _thin(leads: list[Lead], floor: float) -> list[Lead]:
     """The catalogued leads worth a fit, and the best free-form laws.
 
-    A lead is kept above ``floor`` nats and a share of the best one's gain; the first few always,
-    and those whose size has no linear limit (their linear gain says little).
+    A lead is kept above ``floor`` nats and a share of the best one's gain; the first few always.
     """
     named = [lead for lead in leads if not lead.hypothesis.law]
-    least = max(floor, LEAD_SHARE * named[0].gain) if named else floor
+    least = max(floor, LEAST, LEAD_SHARE * named[0].gain) if named else floor
     kept = [
-        lead
-        for n, lead in enumerate(named)
-        if lead.gain >= least
-        or (floor == 0 and (n < ALWAYS or lead.hypothesis.uses[-1].effect.size.log))
+        lead for n, lead in enumerate(named) if lead.gain >= least or (floor == 0 and n < ALWAYS)
     ]
     return kept + [lead for lead in leads if lead.hypothesis.law][:LAWS]
 
@@ -146,7 +142,7 @@ def _unique(fits: list[Fit]) -> list[Fit]:
 
 
 def _rank(fit: Fit) -> float:
-    return fit.cost + penalty(fit.problem.hypothesis, _samples(fit))
+    return fit.cost + penalty(fit.problem, _samples(fit))
 
 
 def repolish(base: Fit, winner: Fit) -> Fit:

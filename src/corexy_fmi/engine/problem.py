@@ -6,8 +6,10 @@ run).  Offsets of the channels are projected out, so that they cost no unknowns.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,12 +25,13 @@ from corexy_fmi.engine.unknowns import (
     write_law,
 )
 from corexy_fmi.kernel.call import Array, run_lanes, step_limit
-from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import REDUCED
 
 STEP = 1e-3  # finite difference on the internal scale
+WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 
 
 def deflection_scale(machine: Machine) -> float:
@@ -38,13 +41,38 @@ def deflection_scale(machine: Machine) -> float:
     return 0.5 * float(max(constants.coulomb[:2])) / (2 * float(constants.stiffness[0])) + 1e-9
 
 
+def _write_defaults(base: Array, instance: Instance) -> None:
+    """What this drive does not fit stands at its default."""
+    for k, p in enumerate(instance.effect.parameters):
+        if p.default is not None:
+            base[instance.parameter + k] = p.default
+
+
+def _limit(layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis) -> float:
+    """Micro-step [s] for the machine file's poles and those of the effects' starts."""
+    sets = [base]
+    for instance in hypothesis.uses:
+        values = [p.starts for p in instance.effect.parameters]
+        quick = instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)
+        for row in itertools.islice(itertools.product(*values), 24) if quick else ():
+            sets.append(base.copy())
+            sets[-1][instance.parameter : instance.parameter + len(row)] = row
+    return min(_step_limit(layout, v.tobytes(), machine.fidelity, machine.drive) for v in sets)
+
+
+@lru_cache(maxsize=4096)
+def _step_limit(layout: Layout, vector: bytes, fidelity: str, drive: str) -> float:
+    values = np.frombuffer(vector)
+    return step_limit(layout, values, fidelity=fidelity, dc=drive == "dc")
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A machine, runs with their noise, and a hypothesis.
 
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
-    ``limit`` is the micro-step [s]: the machine file's for all sets of a fit, so that none of them
-    slows the others down; 0, each machine's own, where pinned.
+    ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
+    effects need where they begin; 0, each machine's own, where pinned.
     """
 
     layout: Layout
@@ -64,15 +92,15 @@ class Problem:
         unknowns = [] if self.pinned else nominal_unknowns(self.machine, free)
         base = machine_vector(self.machine, self.layout)
         for instance in self.hypothesis.uses:
-            unknowns += effect_unknowns(instance)
+            unknowns += effect_unknowns(instance, self.machine.drive)
+            _write_defaults(base, instance)
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
             unknowns += law_unknowns(self.layout, self.hypothesis.law)
         object.__setattr__(self, "unknowns", tuple(unknowns))
         object.__setattr__(self, "base", base)
-        dc = self.machine.drive == "dc"
-        limit = step_limit(self.layout, base, fidelity=self.machine.fidelity, dc=dc)
-        object.__setattr__(self, "limit", 0.0 if self.pinned else limit)
+        limit = 0.0 if self.pinned else _limit(self.layout, self.machine, base, self.hypothesis)
+        object.__setattr__(self, "limit", limit)
         std = np.array([u.prior_std for u in unknowns] + [1.0] * (2 * len(self.runs)))
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
@@ -152,10 +180,14 @@ class Problem:
     def _steps(self, u: Array) -> Array:
         """Step of each difference, turned inwards at an upper bound."""
         steps = np.full(self.size, STEP)
+        longest = max(float(np.ptp(run.excitation.time)) for run in self.runs)
         steps[len(self.unknowns) :] = 0.02
         for k, unknown in enumerate(self.unknowns):
             if "free_form" in unknown.key:
                 steps[k] = 0.02
+            elif unknown.wave:
+                turns = float(unknown.value(u[k])) * max(longest, 1.0)
+                steps[k] = min(WAVE_STEP, 0.02 / turns)
             elif "." in unknown.key and not unknown.log:
                 steps[k] = 0.01
             if u[k] + steps[k] > unknown.limits()[1]:

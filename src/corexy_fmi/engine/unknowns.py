@@ -45,6 +45,7 @@ class Unknown:
     log: bool
     bounds: tuple[float, float]
     prior_std: float = math.inf
+    wave: bool = False  # a count or frequency of waves: valleys of the fit are narrow
 
     def value(self, u: Array | float) -> Array:
         """Physical value at u."""
@@ -134,12 +135,14 @@ def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> U
     if log and parameter.lower <= 0:
         bounds = (parameter.upper * 1e-6, parameter.upper)
     key = f"{instance.effect.name}.{instance.location}.{parameter.name}"
-    return Unknown(key, instance.parameter + k, centre, scale, log, bounds)
+    wave = log and not parameter.size and any(p.periodic for p in instance.effect.parameters)
+    return Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave)
 
 
-def effect_unknowns(instance: Instance) -> list[Unknown]:
-    """The parameters of one effect at one location."""
-    return [_effect_unknown(instance, k, p) for k, p in enumerate(instance.effect.parameters)]
+def effect_unknowns(instance: Instance, drive: str) -> list[Unknown]:
+    """The parameters that one effect at one location has with a drive."""
+    parameters = enumerate(instance.effect.parameters)
+    return [_effect_unknown(instance, k, p) for k, p in parameters if drive in p.drives]
 
 
 def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
