@@ -47,6 +47,7 @@ class Parameter:
     periodic: float = 0.0
     default: float | None = None  # value where a machine file leaves it out; None: must be given
     over: str = ""
+    local: bool = False  # belongs to one recording: each has its own value
     drives: tuple[str, ...] = (STEPPER, DC)
     units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ
 

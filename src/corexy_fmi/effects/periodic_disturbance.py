@@ -49,7 +49,15 @@ EFFECT = Effect(
             over="frequency",
         ),
         Parameter(
-            "phase", "rad", "at time zero", 0.0, -TWO_PI / 2, TWO_PI / 2, PHASES, periodic=TWO_PI
+            "phase",
+            "rad",
+            "at time zero",
+            0.0,
+            -TWO_PI / 2,
+            TWO_PI / 2,
+            PHASES,
+            periodic=TWO_PI,
+            local=True,
         ),
     ),
     laws=(

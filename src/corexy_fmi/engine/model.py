@@ -27,7 +27,8 @@ def covariance(fit: Fit) -> Array:
 
 def _wrapped(unknown: Unknown, value: float) -> float:
     """A phase brought into (-pi, pi]."""
-    return math.remainder(value, 2 * math.pi) if unknown.key.endswith(".phase") else value
+    turns = unknown.key.partition("@")[0].endswith(".phase")
+    return math.remainder(value, 2 * math.pi) if turns else value
 
 
 def interval(fit: Fit, k: int, spread: Array) -> dict[str, object]:
@@ -40,18 +41,23 @@ def interval(fit: Fit, k: int, spread: Array) -> dict[str, object]:
     return {"value": value + shift, "ci95": [low + shift, high + shift]}
 
 
-def tuned_machine(fit: Fit, name: str) -> Machine:
-    """The machine of a fit: nominal parameters retuned, found effects and laws included."""
+def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
+    """The machine of a fit: nominal parameters retuned, found effects and laws included.
+
+    What belongs to one recording has the value of that ``run``.
+    """
     problem = fit.problem
     machine = problem.machine
     parameters, values = dict(machine.parameters), []
     uses: dict[tuple[str, str], dict[str, float]] = {}
     for k, unknown in enumerate(problem.unknowns):
+        if unknown.run not in (None, run):
+            continue
         value = _wrapped(unknown, float(unknown.value(fit.u[k])))
         if unknown.key.startswith("free_form"):
             values.append(value)
         elif "." in unknown.key:
-            effect, location, parameter = unknown.key.split(".")
+            effect, location, parameter = unknown.key.partition("@")[0].split(".")
             uses.setdefault((effect, location), {})[parameter] = value
         else:
             parameters[unknown.key] = value
@@ -94,12 +100,12 @@ def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str,
     units = {p.name: p.unit_at(location) for p in instance.effect.parameters}
     table = {}
     for k, unknown in enumerate(fit.problem.unknowns):
-        if unknown.key.startswith(f"{name}.{location}."):
-            parameter = unknown.key.rsplit(".", 1)[1]
+        parameter = unknown.key.removeprefix(f"{name}.{location}.")
+        if parameter != unknown.key:
             entry = interval(fit, k, spread)
             table[parameter] = {
                 "value": entry["value"],
-                "unit": units[parameter],
+                "unit": units[parameter.partition("@")[0]],
                 "ci95": entry["ci95"],
             }
     return table

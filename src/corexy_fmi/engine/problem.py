@@ -91,8 +91,9 @@ class Problem:
         free = frees_rotor([i.effect for i in self.hypothesis.uses])
         unknowns = [] if self.pinned else nominal_unknowns(self.machine, free)
         base = machine_vector(self.machine, self.layout)
+        names = [run.name for run in self.runs]
         for instance in self.hypothesis.uses:
-            unknowns += effect_unknowns(instance, self.machine.drive)
+            unknowns += effect_unknowns(instance, self.machine.drive, names)
             _write_defaults(base, instance)
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
@@ -116,11 +117,12 @@ class Problem:
         """Number of nominal unknowns; they come first."""
         return sum("." not in u.key for u in self.unknowns)
 
-    def vectors(self, u: Array) -> Array:
-        """Kernel parameter vectors (sets, n) of internal vectors (sets, size)."""
+    def vectors(self, u: Array, run: int) -> Array:
+        """Kernel parameter vectors (sets, n) of internal vectors (sets, size) in a run."""
         result = np.repeat(self.base[None], len(u), axis=0)
         for k, unknown in enumerate(self.unknowns):
-            result[:, unknown.index] = unknown.value(u[:, k])
+            if unknown.run in (None, run):
+                result[:, unknown.index] = unknown.value(u[:, k])
         return result
 
     def deflections(self, u: Array, run: int) -> Array:
@@ -134,7 +136,7 @@ class Problem:
         return run_lanes(
             self.layout,
             r.excitation,
-            self.vectors(u),
+            self.vectors(u, run),
             fidelity=self.machine.fidelity,
             dc=self.machine.drive == "dc",
             deflection=self.deflections(u, run),
@@ -153,7 +155,8 @@ class Problem:
             white = noise.whiten(e, samples.breaks)
             one = noise.whiten(np.ones((1, e.shape[1])), samples.breaks)[0]
             one /= np.linalg.norm(one)
-            parts.append(white - (white @ one)[:, None] * one)
+            with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
+                parts.append(white - (white @ one)[:, None] * one)
         return np.concatenate(parts, axis=1)
 
     def residual(self, u: Array) -> Array:
@@ -167,7 +170,8 @@ class Problem:
         steps = self._steps(u)
         at = 0
         for r, run in enumerate(self.runs):
-            columns = [*range(common), common + 2 * r, common + 2 * r + 1]
+            moved = [k for k, x in enumerate(self.unknowns) if x.run in (None, r)]
+            columns = [*moved, common + 2 * r, common + 2 * r + 1]
             sets = np.repeat(u[None], len(columns), axis=0)
             sets[np.arange(len(columns)), columns] += steps[columns]
             white = self._whiten(self.errors(sets, r), r)

@@ -53,11 +53,12 @@ def resampled(time: Array, values: Array, at: Array) -> Array:
     n = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     step = time[n + 1] - time[n]
     part = (at - time[n]) / step
-    slope = np.gradient(values, time, axis=1)
-    rise = values[:, n + 1] - values[:, n]
-    early, late = step * slope[:, n] - rise, rise - step * slope[:, n + 1]
-    bend = (1 - part) * early + part * late
-    return np.asarray(values[:, n] + part * (rise + (1 - part) * bend))
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that broke down is not finite
+        slope = np.gradient(values, time, axis=1)
+        rise = values[:, n + 1] - values[:, n]
+        early, late = step * slope[:, n] - rise, rise - step * slope[:, n + 1]
+        bend = (1 - part) * early + part * late
+        return np.asarray(values[:, n] + part * (rise + (1 - part) * bend))
 
 
 def restamp(
