@@ -63,14 +63,24 @@ def _broken(problem: Problem, u: Array, residual: Array) -> Fit:
     return Fit(problem, u, np.inf, residual, np.zeros((len(residual), problem.size)), 1)
 
 
-def minimise(problem: Problem, start: Array, iterations: int = 12, enough: float = ENOUGH) -> Fit:
-    """Fit from a start (size,); deterministic, and monotone in cost."""
+def minimise(
+    problem: Problem,
+    start: Array,
+    iterations: int = 12,
+    enough: float = ENOUGH,
+    passing: bool = False,
+) -> Fit:
+    """Fit from a start (size,); deterministic, and monotone in cost.
+
+    A ``passing`` fit is only ranked or fitted on: its Jacobian may lag behind its u.
+    """
     low, high = problem.limits()
     u = np.clip(start, low, high)
     residual = problem.residual(u[None])[0]
     count = 1
     if not np.isfinite(residual).all():
         return _broken(problem, u, residual)
+    jacobian = np.zeros((len(residual), 0))
     for _ in range(iterations):
         jacobian = problem.jacobian(u, residual)
         free = ~_at_bound(u, jacobian.T @ residual, low, high)
@@ -84,7 +94,7 @@ def minimise(problem: Problem, start: Array, iterations: int = 12, enough: float
         u, residual = trials[best], results[best]
         if before - costs[best] < enough:
             break
-    jacobian = problem.jacobian(u, residual)
+    jacobian = jacobian if passing else problem.jacobian(u, residual)
     cost = 0.5 * float(residual @ residual) + problem.log_scale()
     return Fit(problem, u, cost, residual, jacobian, count)
 

@@ -20,7 +20,7 @@ from corexy_fmi.engine.unknowns import Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
-SHORT, FINALISTS, LAWS = 3, 6, 4
+AHEAD, SHORT, FINALISTS, LAWS = 16, 3, 6, 4
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
 LEAST = 1.5  # [nats] that any other lead gains in the screen
@@ -74,10 +74,25 @@ def _entry(base: Fit, fit: Fit) -> Entry:
     return Entry(fit.problem.hypothesis, fit, gain)
 
 
-def _short(lead: Lead) -> Fit:
+def _glance(lead: Lead) -> Fit:
+    """One step from the lead's best start: enough to see who may win."""
+    return minimise(lead.problem, lead.starts[0], 1, passing=True)
+
+
+def _short(seen: tuple[Lead, Fit]) -> Fit:
     """The best of short fits from the lead's starts."""
-    fits = [minimise(lead.problem, start, SHORT, 0.5) for start in lead.starts]
+    lead, first = seen
+    begin = [first.u if np.isfinite(first.cost) else lead.starts[0], *lead.starts[1:]]
+    fits = [minimise(lead.problem, u, SHORT, 0.5, passing=True) for u in begin]
     return min(fits, key=lambda f: f.cost)
+
+
+def _shorts(leads: list[Lead], mapper: Mapper) -> list[Fit]:
+    """Short fits of the leads that are ahead after a glance, best first; the others as seen."""
+    seen = list(zip(leads, mapper(_glance, leads), strict=True))
+    order = sorted(range(len(seen)), key=lambda n: _rank(seen[n][1]))
+    ahead = [seen[n] for n in order[:AHEAD]]
+    return sorted(mapper(_short, ahead), key=_rank) + [seen[n][1] for n in order[AHEAD:]]
 
 
 def _full(fit: Fit) -> Fit:
@@ -110,7 +125,7 @@ def _round(
     rest: list[Fit] = []
     for start in [base, *_bleached(base)]:
         leads = _thin(screen(start, candidates, mapper), floor)
-        shorts = sorted(mapper(_short, leads), key=_rank)
+        shorts = _shorts(leads, mapper)
         going = _contenders(start, shorts[:finalists])
         finals += going
         rest += shorts[len(going) :] if start is base else []
