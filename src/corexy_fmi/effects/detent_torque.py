@@ -9,6 +9,7 @@ Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994
 """
 
 from corexy_fmi.effects.api import (
+    DC,
     PHASES,
     ROTOR_TEETH,
     STEPPER,
@@ -69,13 +70,14 @@ EFFECT = Effect(
         Parameter(
             "order",
             "1",
-            "detents a turn (200: a stepper with steps of 1.8 degrees)",
+            "detents a turn (a stepper with steps of 1.8 degrees has 200)",
             200.0,
             2.0,
             400.0,
-            (200.0,),
+            (14.0, *map(float, range(3, 14)), *map(float, range(15, 25)), 28.0, 36.0, 50.0, 200.0),
             log=True,
             default=200.0,
+            drives=(DC,),
         ),
         Parameter(
             "holding_torque",

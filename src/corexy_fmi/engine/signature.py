@@ -8,7 +8,7 @@ What belongs to one recording is scored on that recording alone (`by_run`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -118,6 +118,8 @@ def scores(
         for group in together[first : first + share]:
             own = np.array([found_by[n] for n in group])
             found.append(_scored(base, instance, [rows[n] for n in group], own))
+            if instance.effect.size.log:  # no linear limit: the declared size is as good a start
+                found.append(replace(found[-1], values=rows[group[0]]))
     return sorted(found, key=lambda score: -score.gain)
 
 

@@ -29,9 +29,12 @@ class Spread:
     x: tuple[float, ...]
     y: tuple[float, ...]
     frequency: tuple[float, ...]
+    drive: str
 
     def starts(self, instance: Instance, parameter: Parameter) -> tuple[float, ...]:
         """Values of a parameter to begin from."""
+        if self.drive not in parameter.drives:
+            return parameter.starts[:1]  # it is not fitted
         if not parameter.over:
             return parameter.starts
         name = instance.location if parameter.over == "position" else parameter.over
@@ -50,7 +53,7 @@ def spread(fit: Fit) -> Spread:
     inner = np.linspace(low, high, TIMES + 1)
     along_x, along_y = (np.linspace(v.min(), v.max(), PLACES).tolist() for v in (x, y))
     middles = ((inner[1:] + inner[:-1]) / 2).tolist()
-    return Spread(tuple(middles), tuple(along_x), tuple(along_y), tones(fit))
+    return Spread(tuple(middles), tuple(along_x), tuple(along_y), tones(fit), problem.machine.drive)
 
 
 def tones(fit: Fit) -> tuple[float, ...]:
