@@ -55,7 +55,7 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
         return LastParts(retuned, fit, kept)
     runs = fit.problem.runs
     whole = {run.name: run for run in runs}
-    if all(r.name in whole for r in kept):  # the last parts were kept back from the beginning
+    if [r.name for r in kept] == [r.name for r in runs]:  # kept back already
         chosen = [r for r, on in zip(kept, shows(fit), strict=True) if on]
         return LastParts(retuned, fit, chosen, whole)
     halves = [split_in_time(run.recording, machine, GAP) for run in runs]
