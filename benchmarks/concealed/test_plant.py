@@ -12,9 +12,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 import plant
 from plant import bends, force, kernel, solver
 from plant.effects import BY_NAME
-from plant.machines import base, pack
+from plant.evidence import whitened_run
+from plant.machines import base, free_names, pack
 from plant.motions import STEP
+from plant.planted import Planted
 from plant.recording import Run, channels
+from plant.scale import clean
+from scipy.optimize import least_squares
 
 SECONDS, TURN, GAP = 2.0, 1.5, 0.1
 IDLERS = [f"pulley{i}" for i in range(3, 11)]
@@ -99,3 +103,48 @@ def test_compiled_code_belongs_to_these_sources():
     wanted = hashlib.sha256(sources).hexdigest()[:12]
     for compiled in (bends.belt, kernel.accelerate, solver.simulate, force.stage_forces):
         assert wanted in Path(compiled.stats.cache_path).parts
+
+
+def least_distance(world, planted, values):
+    """Squared distance that another optimiser leaves, over all free parameters, scale and all."""
+    names, runs, noise = free_names(world.drive), world.runs[:2], world.masks[:2]
+    n = len(names)
+
+    def output(shown):
+        return np.concatenate([whitened_run(*one) for one in zip(shown, noise, strict=True)])
+
+    truth = output(clean(world, planted))
+
+    def away(p):
+        logs = dict(zip(names, p, strict=False))
+        tried = {k: v * np.exp(logs.get(k, 0.0)) for k, v in world.values.items()}
+        w, bends = pack(tried, world.drive), p[n:].reshape(-1, 2) * 1e-5
+        shown = [channels(w, run, bend) for run, bend in zip(runs, bends, strict=True)]
+        return np.concatenate([output(shown) - truth, 0.05 * p])
+
+    first = [np.log(values[name] / world.values[name]) for name in names]
+    first = np.append(first, 1e5 * np.array([run.deflection for run in runs]))
+    found = least_squares(
+        away, first, bounds=(-6.0, 6.0), x_scale="jac", diff_step=3e-3, max_nfev=20, ftol=1e-3
+    )
+    return float(np.sum(found.fun[: len(truth)] ** 2))
+
+
+@pytest.mark.parametrize(
+    ("effect", "location", "setting", "machine"),
+    [
+        ("sensor_delay", "sensor", "commissioning", "yin2018"),
+        ("backlash", "motor1", "dc", "light_bench"),
+        ("belt_stiffness_vs_position", "belts", "rectangles", "gt2_printer"),
+    ],
+)
+def test_no_other_optimiser_finds_a_nearer_nominal_machine(effect, location, setting, machine):
+    case = plant.draw(7, "effect", effect, location, setting, 1000.0, machine=machine)
+    (said,) = case.truth["effects"]
+    entry = BY_NAME[effect]
+    # sizes here are the parameter itself
+    planted = Planted(
+        entry, location, said["parameters"].pop(entry.size_name), said["parameters"], said["form"]
+    )
+    least = least_distance(case.world, (planted,), case.world.values)
+    assert case.truth["E"] < 1.1 * least

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from .evidence import Model
+from .evidence import fit, whitened
 from .force import planted_force
 from .machines import base, machine_toml
 from .recording import csv_text
 from .scale import Retuning, clean, judge, to_target, true_machine
 from .sensors import jittered, noisy
-from .world import FILES, World, choose, draw_world, experiment_of, stream
+from .world import FILES, World, choose, draw_world, stream
 
 KINDS, SHARES = ("effect", "pair", "null", "outside"), (0.6, 0.1, 0.2, 0.1)
 TARGETS = (150.0, 300.0, 1000.0, 5000.0)
@@ -35,13 +35,27 @@ class Case:
     world: World
 
 
-def concealing_machine(world, theta):
-    """The machine file that hides the effect as well as nominal parameters can."""
-    start = base(world.base_name, world.drive)
-    tuned = Model(experiment_of(world)).values(theta)
-    low, high = FILE_LIMIT
-    values = {n: float(np.clip(tuned[n], low * start[n], high * start[n])) for n in start}
-    return machine_toml(values, world.drive)
+def concealing_machine(world, retuning, planted):
+    """The machine file that hides the effect as well as nominal parameters can.
+
+    A factor common to all masses, stiffnesses and frictions changes nothing: it is set to come
+    nearest to the true machine. Where a value leaves what a file may hold, the others are
+    fitted again.
+    """
+    model, theta, start = retuning.model, retuning.last.theta, base(world.base_name, world.drive)
+    tuned = model.values(theta)
+    free = [name for group in model.experiment.free for name in group]
+    scale = np.exp(-np.mean([np.log(tuned[n] / world.values[n]) for n in free]))
+    for i, group in enumerate(model.groups):
+        ratios = [start[n] / (scale * world.values[n]) for n in group]
+        model.low[i] = np.sinh(np.log(FILE_LIMIT[0] * max(ratios)))
+        model.high[i] = np.sinh(np.log(FILE_LIMIT[1] * min(ratios)))
+    inside = np.clip(theta, model.low, model.high)
+    if np.any(inside != theta):
+        truth = whitened(model.experiment, clean(world, planted))
+        inside = fit(model, truth, inside, fresh=3).theta
+    tuned = model.values(inside)
+    return machine_toml(start | {n: float(scale * tuned[n]) for n in free}, world.drive)
 
 
 def record(world, planted):
@@ -81,17 +95,20 @@ def described(one):
 
 
 def scaled_and_judged(world, planted, target):
-    """Sizes that meet the target; E, E_sep, rival of each; theta of the retuned nominal model."""
+    """Sizes that meet the target; E, E_sep, rival of each; the retuned nominal model."""
     if len(planted) == 1:
         one, retuning = to_target(world, planted[0], target)
-        return (one,), [judge(world, (one,), 0, retuning)], retuning.theta
-    planted = tuple(to_target(world, one, target, thorough=False)[0] for one in planted)
-    verdicts = [judge(world, planted, i) for i in range(len(planted))]
+        return (one,), [judge(retuning, one)], retuning
+    planted, verdicts = tuple(to_target(world, one, target)[0] for one in planted), []
+    for one in planted:
+        beside = Retuning(world, [other for other in planted if other is not one])
+        beside.fit(planted)
+        verdicts.append(judge(beside, one))
     nominal = Retuning(world)
-    evidence = nominal.fit(planted, 1.0, 2)
+    found = nominal.fit(planted)
     if not planted:
-        verdicts = [{"E": evidence, "E_sep": 0.0, "nearest_rival": None}]
-    return planted, verdicts, nominal.theta
+        verdicts = [{"E": found.evidence, "E_sep": 0.0, "nearest_rival": None, "at_bound": []}]
+    return planted, verdicts, nominal
 
 
 def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=None,  # noqa: N803
@@ -103,7 +120,7 @@ def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=Non
     target = float(target_E or drawn_target)
     world = draw_world(seed, setting, machine, noise, kind)
     planted = choose(seed, world, kind, effect, location)
-    planted, verdicts, theta = scaled_and_judged(world, planted, target)
+    planted, verdicts, retuning = scaled_and_judged(world, planted, target)
     truth = {
         "kind": kind,
         "effects": [described(one) for one in planted],
@@ -111,6 +128,7 @@ def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=Non
         "E_sep": min(v["E_sep"] for v in verdicts),
         "nearest_rival": min(verdicts, key=lambda v: v["E_sep"])["nearest_rival"],
         "each": verdicts,
+        "at_bound": sorted({n for v in verdicts for n in v["at_bound"]}),
         "target_E": None if kind == "null" else target,
         "setting": world.setting,
         "base": world.base_name,
@@ -119,7 +137,7 @@ def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=Non
         "deflection": [run.deflection for run in world.runs],
         "seed": seed,
     }
-    return assemble(world, planted, concealing_machine(world, theta), truth)
+    return assemble(world, planted, concealing_machine(world, retuning, planted), truth)
 
 
 def twin(case):

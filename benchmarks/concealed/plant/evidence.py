@@ -2,7 +2,7 @@
 
 E = min over nominal parameters and nuisances of (s - m)' S^-1 (s - m), with s the noise-free
 truth, m the nominal model, S the noise covariance. A constant offset of each measured channel
-is projected out; nominal parameters and initial belt deflections are fitted by Gauss-Newton.
+is projected out; nominal parameters and initial belt deflections are fitted.
 """
 
 from dataclasses import dataclass
@@ -13,19 +13,20 @@ from numba import njit
 from .machines import pack
 from .recording import channels, measured
 
-FACTOR = 2.5  # a nominal parameter stays within this factor of its base value
-WEAK = 1e-2 / 0.2**2  # ridge towards the base machine: settles what the data cannot decide
-DEFLECTION, WEAK_DEFLECTION = 1e-5, 1e-3
-DIFFERENCE = 4e-3
+HELD = "belt_axial_stiffness"
+REACH = 0.8  # log of the factor by which one step may change a parameter
+BOX = 100.0  # a nominal parameter stays within a factor of 200 of its true value
+WEAK, WEAK_DEFLECTION = 0.03, 1e-5
+DEFLECTION, DIFFERENCE = 1e-5, 4e-3
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Recordings, their noise, and the base machine that a nominal model starts from."""
+    """Recordings, their noise, and the true machine, where the search for nominal ones starts."""
 
     drive: str
-    base: dict
-    free: tuple
+    values: dict
+    free: tuple  # groups of nominal parameters that are retuned together
     runs: tuple
     noise: tuple  # per run: channel -> (sigma, rho, taken mask)
 
@@ -66,47 +67,62 @@ def whitened(experiment, shown):
 class Model:
     """The nominal model, with effects beside it whose sizes are free too.
 
-    theta: log of the free parameters over the base machine's, then the log sizes of the given
-    effects, then the initial deflections (in units of 10 um).
+    theta: one number u for each free group of parameters, which stands for the factor
+    u + sqrt(u^2 + 1) on its true value (linear far up, positive far down); the same for the
+    sizes of the effects beside; then the initial deflections in units of 10 um. Zero is the
+    true machine. Where nothing stands beside, the belt's stiffness is held: all masses,
+    stiffnesses and frictions together leave the motion as it is.
     """
 
     def __init__(self, experiment, beside=()):
         self.experiment, self.beside = experiment, tuple(beside)
-        self.n_nominal = len(experiment.free)
+        held = () if beside else (HELD,)
+        self.groups = [g for g in experiment.free if g[0] not in held]
+        self.n_nominal = len(self.groups)
         self.n_machine = self.n_nominal + len(self.beside)
         self.size = self.n_machine + 2 * len(experiment.runs)
-        self.weak = np.full(self.size, WEAK)
-        self.weak[self.n_nominal : self.n_machine] = 0.0
-        self.weak[self.n_machine :] = WEAK_DEFLECTION
+        self.low, self.high = np.full(self.size, -300.0), np.full(self.size, 300.0)
+        self.low[: self.n_machine], self.high[: self.n_machine] = -BOX, BOX
 
-    def start(self, values):
-        """theta of a machine, with the deflections of the runs and the sizes as they are."""
-        base = self.experiment.base
-        logs = [np.log(values[n] / base[n]) for n in self.experiment.free]
+    def still(self):
+        """theta of the true machine."""
         bends = np.concatenate([r.deflection for r in self.experiment.runs]) / DEFLECTION
-        return np.concatenate([logs, np.zeros(len(self.beside)), bends])
+        return np.concatenate([np.zeros(self.n_machine), bends])
 
     def values(self, theta):
-        out = dict(self.experiment.base)
-        for name, log in zip(self.experiment.free, theta, strict=False):
-            out[name] = out[name] * float(np.exp(log))
+        out = dict(self.experiment.values)
+        for group, u in zip(self.groups, theta, strict=False):
+            for name in group:
+                out[name] *= float(np.exp(np.arcsinh(u)))
         return out
+
+    def around(self, theta):
+        """The box that one step may reach."""
+        low, high, n = self.low.copy(), self.high.copy(), self.n_machine
+        here = np.arcsinh(theta[:n])
+        low[:n] = np.maximum(low[:n], np.sinh(here - REACH))
+        high[:n] = np.minimum(high[:n], np.sinh(here + REACH))
+        return low, high
+
+    def at_bound(self, theta):
+        """Names of the nominal parameters that the box holds back."""
+        low, high = self.low + 1e-6, self.high - 1e-6
+        pairs = zip(self.groups, (theta < low) | (theta > high), strict=False)
+        return [group[0] for group, touched in pairs if touched]
 
     def machine(self, theta, more=None):
         """Kernel array at theta; `more`: slots of one more effect."""
         slots = dict(more or {})
-        sizes = np.exp(theta[self.n_nominal : self.n_machine])
+        sizes = np.exp(np.arcsinh(theta[self.n_nominal : self.n_machine]))
         for planted, factor in zip(self.beside, sizes, strict=True):
             slots |= planted.scaled(factor).slots()
         return pack(self.values(theta), self.experiment.drive, slots)
 
-    def deflections(self, theta):
-        return theta[self.n_machine :].reshape(-1, 2) * DEFLECTION
-
     def output_run(self, theta, k, more=None):
         """Whitened channels of run k."""
-        w, bend = self.machine(theta, more), self.deflections(theta)[k]
-        shown = channels(w, self.experiment.runs[k], bend)
+        bend = theta[self.n_machine + 2 * k : self.n_machine + 2 * k + 2] * DEFLECTION
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial may be unstable
+            shown = channels(self.machine(theta, more), self.experiment.runs[k], bend)
         return whitened_run(shown, self.experiment.noise[k])
 
     def output(self, theta, more=None):
@@ -116,65 +132,97 @@ class Model:
     def jacobian(self, theta, here):
         """Finite differences; a deflection moves its own recording only."""
         out = np.zeros((len(here), self.size))
-        lengths = [
-            sum(int(np.sum(n[2])) for n in noise.values()) for noise in self.experiment.noise
-        ]
+        lengths = [sum(int(np.sum(n[2])) for n in one.values()) for one in self.experiment.noise]
         ends = np.cumsum(lengths)
         for i in range(self.size):
             nominal = i < self.n_machine
+            step = DIFFERENCE * np.sqrt(1.0 + theta[i] ** 2) if nominal else 0.1
+            step = -step if theta[i] + step > self.high[i] else step
             moved = theta.copy()
-            moved[i] += DIFFERENCE if nominal else 0.1
+            moved[i] += step
             if nominal:
-                out[:, i] = (self.output(moved) - here) / DIFFERENCE
+                out[:, i] = (self.output(moved) - here) / step
             else:
                 k = (i - self.n_machine) // 2
                 own = slice(ends[k] - lengths[k], ends[k])
-                out[own, i] = (self.output_run(moved, k) - here[own]) / 0.1
+                out[own, i] = (self.output_run(moved, k) - here[own]) / step
         return out
 
-    def clip(self, theta):
-        theta = theta.copy()
-        limit = np.log(FACTOR)
-        theta[: self.n_nominal] = np.clip(theta[: self.n_nominal], -limit, limit)
-        theta[self.n_machine :] = np.clip(theta[self.n_machine :], -30.0, 30.0)
-        return theta
-
-    def newton_step(self, jac, residual, theta):
-        """Step of the ridge problem; jac' jac is scaled first, for its wide range."""
-        normal = gram(jac, jac) + np.diag(self.weak)
-        scale = 1.0 / np.sqrt(np.diag(normal))
-        right = gram(jac, residual[:, None])[:, 0] - self.weak * theta
-        scaled = normal * scale[:, None] * scale + 1e-12 * np.eye(self.size)
-        return scale * np.linalg.solve(scaled, scale * right)
+    def ridge(self, theta):
+        """A very weak pull towards the true machine, and its slope: for what no data decide."""
+        out, slope = np.sqrt(WEAK_DEFLECTION) * theta, np.full(self.size, np.sqrt(WEAK_DEFLECTION))
+        machine = theta[: self.n_machine]
+        out[: self.n_machine] = np.sqrt(WEAK) * np.arcsinh(machine)
+        slope[: self.n_machine] = np.sqrt(WEAK / (1.0 + machine**2))
+        return out, slope
 
     def cost(self, residual, theta):
-        return float(np.sum(residual**2) + np.sum(self.weak * theta**2))
+        cost = float(np.sum(residual**2) + np.sum(self.ridge(theta)[0] ** 2))
+        return cost if np.isfinite(cost) else np.inf
 
 
-def fit(model, truth, theta, here, jac=None, rounds=6, fresh=2):
-    """Gauss-Newton from theta, where the output is `here`; a Jacobian is reused while it pays.
+def damped_step(model, jac, residual, theta, damping):
+    """Levenberg-Marquardt step within the box and a smaller one around theta."""
+    pull, slope = model.ridge(theta)
+    normal = gram(jac, jac) + np.diag(slope**2)
+    right = gram(jac, residual[:, None])[:, 0] - slope * pull
+    normal += np.diag(damping * np.diag(normal))
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    normal, right = normal * scale[:, None] * scale, right * scale
+    low, high = model.around(theta)
+    low, high, out = (low - theta) / scale, (high - theta) / scale, np.zeros(model.size)
+    free = np.ones(model.size, bool)
+    for _ in range(model.size):
+        rest = right[free] - normal[np.ix_(free, ~free)] @ out[~free]
+        out[free] = np.linalg.solve(normal[np.ix_(free, free)], rest)
+        beyond = free & ((out < low) | (out > high))
+        out = np.clip(out, low, high)
+        if not beyond.any():
+            break
+        free &= ~beyond
+    return np.clip(theta + scale * out, model.low, model.high)
 
-    Returns theta, residual and the last Jacobian; at most `fresh` Jacobians are computed.
+
+@dataclass
+class Fit:
+    """A retuned fit: where it ended, what is left over, and its last Jacobian."""
+
+    theta: np.ndarray
+    residual: np.ndarray
+    jac: np.ndarray
+
+    @property
+    def evidence(self):
+        return float(np.sum(self.residual**2))
+
+
+def fit(model, truth, theta, jac=None, fresh=8, enough=0.01):
+    """Levenberg-Marquardt from theta; Broyden's update keeps a Jacobian usable.
+
+    It ends where a step on a fresh Jacobian gains less than the share `enough`, or where
+    `fresh` Jacobians are used up.
     """
+    here, exact, damping, refused = model.output(theta), False, 1e-4, 0
     cost = model.cost(truth - here, theta)
-    for _ in range(rounds):
-        made = jac is None
-        if made:
-            jac, fresh = model.jacobian(theta, here), fresh - 1
-        before = cost
-        move = model.newton_step(jac, truth - here, theta)
-        for shrink in (1.0, 0.4, 0.1):
-            trial = model.clip(theta + shrink * move)
-            there = model.output(trial)
-            tried = model.cost(truth - there, trial)
-            if tried < cost:
-                theta, here, cost = trial, there, tried
-                break
-        if before - cost < 0.003 * before:
-            if made or fresh <= 0:
-                break
-            jac = None
-    return theta, truth - here, jac
+    while True:
+        if jac is None:
+            jac, exact, fresh, refused = model.jacobian(theta, here), True, fresh - 1, 0
+        trial = damped_step(model, jac, truth - here, theta, damping)
+        there = model.output(trial)
+        gain = cost - model.cost(truth - there, trial)
+        if gain > 0.0:
+            moved, weight = trial - theta, np.sum(jac**2, axis=0)
+            missed = there - here - jac @ moved
+            jac = jac + np.outer(missed, weight * moved / np.sum(weight * moved**2))
+            theta, here, cost, damping = trial, there, cost - gain, max(0.1 * damping, 1e-8)
+        else:
+            refused, damping = refused + 1, 30.0 * max(damping, 1e-4)
+        if gain > enough * (cost + gain):
+            exact = False
+        elif gain > 0.0 or refused > (3 if exact else 0):
+            if exact or fresh <= 0:
+                return Fit(theta, truth - here, jac)
+            jac, damping = None, min(damping, 1e-2)
 
 
 @njit(cache=True)

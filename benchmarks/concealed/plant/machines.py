@@ -55,7 +55,7 @@ BASES = {"yin2018": YIN2018, "light_bench": LIGHT_BENCH, "gt2_printer": GT2_PRIN
 KNOWN_EXACTLY = {"pulley_radius", "bridge_pulley_spacing", "motor_idler_span", "clip_spacing"}
 DC_ONLY = {"motor_inertia", "motor_torque_gain", "motor_damping_gain"}
 GAINS = {"kp": 20.0, "kd": 0.1}
-LEAST_STEPS = 5  # per ms
+LEAST_STEPS = 4  # per ms
 
 
 def base(name, drive):
@@ -70,6 +70,12 @@ def free_names(drive):
     """Nominal parameters that can be retuned: those that act on the motion at all."""
     skip = KNOWN_EXACTLY if drive == "dc" else KNOWN_EXACTLY | DC_ONLY
     return [n for n in NOMINAL if n not in skip]
+
+
+def free_groups(drive):
+    """Free names in groups; of the bridge and its pulleys only the mass of all counts."""
+    together = {"bridge_mass": ("bridge_mass", "pulley_mass")}
+    return tuple(together.get(n, (n,)) for n in free_names(drive) if n != "pulley_mass")
 
 
 def draw_truth(rng, values):

@@ -1,6 +1,6 @@
 """Scales planted effects to a wanted evidence, and measures it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,36 +26,36 @@ def clean(world, planted, train=True):
     return [channels(w, run) for run in runs]
 
 
-@dataclass
-class Found:
-    """A retuned fit: E, where it was reached, and what is left over."""
-
-    evidence: float
-    theta: np.ndarray
-    residual: np.ndarray
-    jac: np.ndarray
-
-
-def resized(one, log_size):
-    low, high = one.effect.bounds
-    size = float(np.clip(np.exp(log_size), low, high))
+def next_size(one, points):
+    """A better size, from points (log size, log of E over its target); kept between the
+    sizes known to be too small and too large, and within its bounds."""
+    (here, off), slope = points[-1], 2.0
+    if len(points) > 1 and abs(here - points[-2][0]) > 1e-6:
+        slope = np.clip((off - points[-2][1]) / (here - points[-2][0]), 0.7, 6.0)
+    low, high = np.log(one.effect.bounds)
+    small = max((size for size, o in points if o < 0.0), default=low)
+    large = min((size for size, o in points if o > 0.0), default=high)
+    wanted = here - np.clip(off / slope, -1.5, 1.5)
+    if small < large and not small < wanted < large:
+        wanted = 0.5 * (small + large) if low < small and large < high else wanted
+    size = float(np.exp(np.clip(wanted, low, high)))
     return replace(one, size=np.copysign(size, one.size).item())
 
 
-def secant(measure, one, target, tries, widest):
-    """The effect at the size whose measured E meets the target, as far as its bounds allow."""
-    points, slope = [], 2.0
+def search(measure, one, target, tries):
+    """The effect at the size whose measured E comes closest to the target, and its measure."""
+    points, best = [], None
     for _ in range(tries):
-        evidence = max(measure(one), 1e-9)
-        points.append((np.log(abs(one.size)), np.log(evidence / target)))
-        if len(points) > 1 and abs(points[-1][0] - points[-2][0]) > 1e-6:
-            rise = (points[-1][1] - points[-2][1]) / (points[-1][0] - points[-2][0])
-            slope = float(np.clip(rise, 0.7, 6.0))
-        after = resized(one, points[-1][0] - np.clip(points[-1][1] / slope, -widest, widest))
-        if abs(points[-1][1]) < CLOSE or after.size == one.size:
+        found = measure(one)
+        off = float(np.log(np.clip(np.nan_to_num(found[0], nan=1e30), 1e-9, 1e30) / target))
+        points.append((float(np.log(abs(one.size))), off))
+        if best is None or abs(off) < best[0]:
+            best = (abs(off), one, found)
+        after = next_size(one, points)
+        if abs(off) < CLOSE or after.size == one.size:
             break
         one = after
-    return one
+    return best[1:]
 
 
 class Retuning:
@@ -63,60 +63,53 @@ class Retuning:
 
     def __init__(self, world, beside=()):
         self.world, self.model = world, Model(experiment_of(world), beside)
-        self.still = self.model.start(world.values)
-        self.theta, self.jac, self.size = self.still, None, 1.0
-        self.found = None
+        self.still = self.model.still()
+        self.plain = self.model.output(self.still)
+        self.slopes = self.model.jacobian(self.still, self.plain)
+        self.last, self.size = None, 1.0
 
-    def starts(self, size):
-        """The true parameters, and the last fit, drawn towards them for a smaller effect."""
-        share = min(abs(size / self.size), 1.0)
-        return self.still, self.still + share * (self.theta - self.still)
+    def linear(self, planted):
+        """E where the retuned model is linear in its parameters."""
+        away = whitened(self.model.experiment, clean(self.world, planted)) - self.plain
+        return float(np.sum(left_over(self.slopes, away[:, None]) ** 2))
 
-    def fit(self, planted, size, fresh):
-        truth = whitened(self.model.experiment, clean(self.world, planted))
-        starts = self.starts(size)
-        outputs = [self.model.output(theta) for theta in starts]
-        costs = [self.model.cost(truth - o, t) for o, t in zip(outputs, starts, strict=True)]
-        k = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
-        theta, residual, self.jac = fit(
-            self.model, truth, starts[k], outputs[k], self.jac, fresh=fresh
-        )
-        self.theta, self.size = theta, size
-        self.found = Found(float(np.sum(residual**2)), theta, residual, self.jac)
-        return self.found.evidence
+    def fit(self, planted, size=1.0, fresh=8):
+        """From the best of the true parameters and the last fit, also drawn to this size."""
+        model = self.model
+        truth = whitened(model.experiment, clean(self.world, planted))
+        starts = [(self.still, self.slopes)]
+        if self.last is not None:
+            theta, share = self.last.theta, min(abs(size / self.size), 4.0)
+            drawn = np.clip(self.still + share * (theta - self.still), model.low, model.high)
+            starts += [(theta, self.last.jac), (drawn, self.last.jac)]
+        costs = [model.cost(truth - model.output(theta), theta) for theta, _ in starts]
+        theta, jac = starts[int(np.argmin(costs))]
+        self.last, self.size = fit(model, truth, theta, jac, fresh), size
+        return self.last
 
 
-def to_target(world, one, target, thorough=True):
+def to_target(world, one, target):
     """First on the linearised retuning, one simulation a try; then on the retuned fit itself."""
     retuning = Retuning(world)
-    model, theta = retuning.model, retuning.still
-    still = model.output(theta)
-    retuning.jac = model.jacobian(theta, still)
 
-    def linear(trial):
-        away = whitened(model.experiment, clean(world, (trial,))) - still
-        return float(np.sum(left_over(retuning.jac, away[:, None]) ** 2))
+    def retuned(trial, fresh):
+        found = retuning.fit((trial,), trial.size, fresh)
+        return found.evidence, found
 
-    one = secant(linear, one, target, 8, 1.5)
-    for tries, fresh in ((4, 1), (2, 2)):
-        one = secant(lambda t, f=fresh: retuning.fit((t,), t.size, f), one, target, tries, 1.5)
-    if retuning.size != one.size:
-        retuning.fit((one,), one.size, 1)
+    one, _ = search(lambda trial: (retuning.linear((trial,)), None), one, target, 8)
+    one, _ = search(lambda trial: retuned(trial, 1), one, target, 6)
+    one, (_, found) = search(lambda trial: retuned(trial, 8), one, target, 3)
+    retuning.last, retuning.size = found, one.size
     return one, retuning
 
 
-def judge(world, planted, index, retuning=None):
-    """E, E_sep and the nearest rival of one effect, with the others modelled beside it."""
-    if retuning is None:
-        retuning = Retuning(world, planted[:index] + planted[index + 1 :])
-        retuning.fit(planted, 1.0, 2)
-    found = retuning.found
-    name, location, near = nearest_rival(
-        retuning.model, found.theta, found.jac, found.residual, planted[index]
-    )
-    rival = {"name": name, "location": location, "cosine": near}
+def judge(retuning, planted):
+    """E, E_sep and the nearest rival of one effect, from the retuned fit without it."""
+    model, found = retuning.model, retuning.last
+    name, location, near = nearest_rival(model, found.theta, found.jac, found.residual, planted)
     return {
         "E": found.evidence,
         "E_sep": found.evidence * (1.0 - near**2),
-        "nearest_rival": rival,
+        "nearest_rival": {"name": name, "location": location, "cosine": near},
+        "at_bound": model.at_bound(found.theta),
     }

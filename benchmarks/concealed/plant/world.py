@@ -6,7 +6,7 @@ import numpy as np
 
 from . import effects, outside
 from .evidence import Experiment
-from .machines import BASES, base, draw_truth, free_names
+from .machines import BASES, base, draw_truth, free_groups
 from .motions import STEP, draw_motion
 from .planted import Planted
 from .recording import Run
@@ -109,6 +109,5 @@ def choose(seed, world, kind, effect, location):
 def experiment_of(world, train=True):
     """The training (or held-out) recordings as the fit sees them."""
     which = slice(0, 2) if train else slice(2, 3)
-    start = base(world.base_name, world.drive)
-    free = tuple(free_names(world.drive))
-    return Experiment(world.drive, start, free, world.runs[which], world.masks[which])
+    free = free_groups(world.drive)
+    return Experiment(world.drive, world.values, free, world.runs[which], world.masks[which])

@@ -29,7 +29,10 @@ def show_verdict(document: Mapping[str, Any]) -> None:
         lines.append("no machine file was given: yin2018, a surrogate, was assumed")
     colour = COLOURS.get(verdict, "red")
     screen.print(Panel(Text("\n".join(lines)), title="diagnosis", border_style=colour))
-    if document["effects"]:
+    told = [e["description"] for e in document["effects"] if e.get("description")]
+    if told:
+        screen.print(f"{document['located']['coordinate']}: {told[0]}", markup=False)
+    elif document["effects"]:
         screen.print(_effects(document["effects"]))
     for group in document["ambiguous_between"]:
         members = " or ".join(f"{member['name']} at {member['location']}" for member in group)

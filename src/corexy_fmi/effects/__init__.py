@@ -23,7 +23,7 @@ def catalogue() -> dict[str, Effect]:
 def load_file(path: Path) -> Effect:
     """A user's own effect from one Python file; the file is executed.
 
-    Raises InputError where the file cannot be loaded or holds no ``EFFECT``.
+    Raises InputError where the file cannot be loaded, holds no ``EFFECT``, or takes a bundled name.
     """
     spec = importlib.util.spec_from_file_location(f"corexy_user_effect_{path.stem}", path)
     if spec is None or spec.loader is None:
@@ -36,4 +36,6 @@ def load_file(path: Path) -> Effect:
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise InputError(f"{path}: EFFECT is missing, expected an instance of Effect")
+    if effect.name in catalogue():
+        raise InputError(f"{path}: name {effect.name!r} is a bundled effect's, expected a new one")
     return effect

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from corexy_fmi.engine.problem import Problem
@@ -60,6 +62,12 @@ def laws(problem: Problem, u: Array) -> list[LawShape]:
         for place, scale in places.items()
         for name, values in ranges.items()
     ]
+
+
+def finer(law: LawShape) -> LawShape:
+    """The same law with a knot more between any two."""
+    knots = np.array(law.knots)
+    return replace(law, knots=tuple(np.sort(np.r_[knots, (knots[1:] + knots[:-1]) / 2])))
 
 
 def hypotheses(

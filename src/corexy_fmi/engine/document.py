@@ -8,7 +8,8 @@ from typing import Any
 from corexy_fmi.engine import locate
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
-from corexy_fmi.engine.name import Competition, Entry
+from corexy_fmi.engine.name import Competition
+from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.screen import Lead
 from corexy_fmi.engine.verdict import Verdict, excess_removed
@@ -22,6 +23,9 @@ ARGUMENT_STATE = {
     "phi1": "motor_angle",
     "phi2": "motor_angle",
     "t": "time",
+}
+COORDINATE_OF = {c: c[-1] for c in ("x", "y", "vx", "vy", "ax", "ay")} | {
+    f"phi{n}_meas": f"motor{n}" for n in (1, 2)
 }
 FREE_FORM_EQUATION = r"F = \mathrm{interp}(a;\ \mathrm{knots}, \mathrm{values})"
 
@@ -61,12 +65,10 @@ def _effect(
     }
 
 
-def _in_words(fit: Fit, competition: Competition) -> str:
+def _in_words(fit: Fit, competition: Competition, verdict: Verdict) -> str:
     law = fit.problem.hypothesis.law
     if law is None:
-        return (
-            "the mismatch shows on the data kept back; no catalogued effect and no law explains it"
-        )
+        return f"no catalogued effect and no law explains the mismatch: {verdict.reason}"
     values = [fit.value(x.key) for x in fit.problem.unknowns if x.key.startswith("free_form")]
     near = [e.hypothesis.label for e in competition.entries if e.hypothesis.uses][:3]
     size = (max(values) - min(values)) / 2
@@ -77,18 +79,28 @@ def _in_words(fit: Fit, competition: Competition) -> str:
     )
 
 
-def _suspect(verdict: Verdict, competition: Competition) -> Entry | None:
-    """Where the mismatch shows: the verdict's entry, else the one that gains most on it."""
-    if verdict.entry is not None or not competition.entries:
-        return verdict.entry
-    return max(competition.entries, key=lambda e: e.gain)
+def _whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
+    """Coordinate and state of the mismatch: those of the verdict's entry, or of the one that
+    held-out data refuted; else the coordinate whose channel shows most of it.
+    """
+    entry = verdict.entry or verdict.refuted
+    if entry is not None:
+        return _place(entry.hypothesis)
+    sizes = {
+        samples.channel: replayed.rms(c) / quick_noise(samples)
+        for replayed in proof.replays["retuned"]
+        for c, samples in enumerate(replayed.run.samples)
+    }
+    return COORDINATE_OF[max(sizes, key=lambda name: sizes[name])], None
 
 
-def _free_form(fit: Fit, competition: Competition, suspect: Entry | None) -> dict[str, Any]:
+def _free_form(
+    fit: Fit, competition: Competition, verdict: Verdict, proof: Proof
+) -> dict[str, Any]:
     law = fit.problem.hypothesis.law
     entry: dict[str, Any] = {
         "name": "free_form",
-        "location": _place(suspect.hypothesis)[0] if suspect else "xy",
+        "location": _whereabouts(verdict, proof)[0],
         "probability": competition.probability[0] if competition.entries else 0.0,
         "parameters": {},
         "alternatives": [],
@@ -96,7 +108,7 @@ def _free_form(fit: Fit, competition: Competition, suspect: Entry | None) -> dic
         "citation": "",
         "remedy": "",
         "check": "",
-        "description": _in_words(fit, competition),
+        "description": _in_words(fit, competition, verdict),
     }
     if law:
         values = [fit.value(x.key) for x in fit.problem.unknowns if x.key.startswith("free_form")]
@@ -104,10 +116,12 @@ def _free_form(fit: Fit, competition: Competition, suspect: Entry | None) -> dic
     return entry
 
 
-def effects(verdict: Verdict, fit: Fit, competition: Competition) -> list[dict[str, Any]]:
+def effects(
+    verdict: Verdict, fit: Fit, competition: Competition, proof: Proof
+) -> list[dict[str, Any]]:
     """The ``effects`` of the document; for ``unexplained`` the free-form law."""
     if verdict.word == "unexplained":
-        return [_free_form(fit, competition, _suspect(verdict, competition))]
+        return [_free_form(fit, competition, verdict, proof)]
     if verdict.entry is None or verdict.word == "nothing_missing":
         return []
     return [_effect(i, fit, competition, verdict) for i in verdict.entry.hypothesis.uses]
@@ -117,8 +131,7 @@ def located(
     verdict: Verdict, competition: Competition, proof: Proof, radius: float
 ) -> dict[str, Any]:
     """Where the mismatch lies: coordinate, state, time, path, band."""
-    suspect = _suspect(verdict, competition)
-    if suspect is None or verdict.word == "nothing_missing":
+    if verdict.word == "nothing_missing":
         return {
             "coordinate": None,
             "state": None,
@@ -127,7 +140,7 @@ def located(
             "frequency": [0.0, 0.0],
             "confidence": 0.0,
         }
-    coordinate, state = _place(suspect.hypothesis)
+    coordinate, state = _whereabouts(verdict, proof)
     chance = sum(
         p
         for e, p in zip(competition.entries, competition.probability, strict=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,14 +17,19 @@ ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted hypothesis: u (size,), the cost [nats] with noise scale and priors, the Jacobian."""
+    """A fitted hypothesis: u (size,), the cost [nats] with noise scale and priors."""
 
     problem: Problem
     u: Array
     cost: float
     residual: Array
-    jacobian: Array
-    simulations: int
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Derivative (samples + size, size) of the residual at u."""
+        if not np.isfinite(self.cost):
+            return np.zeros((len(self.residual), self.problem.size))
+        return self.problem.jacobian(self.u, self.residual)
 
     def value(self, key: str) -> float:
         """Physical value of an unknown by its key."""
@@ -58,45 +64,36 @@ def _costs(residuals: Array) -> Array:
     return np.where(np.isfinite(costs), costs, np.inf)
 
 
-def _broken(problem: Problem, u: Array, residual: Array) -> Fit:
-    """A start from which nothing can be fitted."""
-    return Fit(problem, u, np.inf, residual, np.zeros((len(residual), problem.size)), 1)
-
-
 def minimise(
     problem: Problem,
     start: Array,
     iterations: int = 12,
     enough: float = ENOUGH,
-    passing: bool = False,
+    borrowed: Array | None = None,
 ) -> Fit:
     """Fit from a start (size,); deterministic, and monotone in cost.
 
-    A ``passing`` fit is only ranked or fitted on: its Jacobian may lag behind its u.
+    ``borrowed`` is a Jacobian from nearby, NaN in the columns that are not known, for the first
+    iteration.
     """
     low, high = problem.limits()
     u = np.clip(start, low, high)
     residual = problem.residual(u[None])[0]
-    count = 1
     if not np.isfinite(residual).all():
-        return _broken(problem, u, residual)
-    jacobian = np.zeros((len(residual), 0))
-    for _ in range(iterations):
-        jacobian = problem.jacobian(u, residual)
+        return Fit(problem, u, np.inf, residual)
+    for n in range(iterations):
+        jacobian = problem.jacobian(u, residual, borrowed if n == 0 else None)
         free = ~_at_bound(u, jacobian.T @ residual, low, high)
         trials = _trial(u, _directions(jacobian, residual, free), low, high)
         results = problem.residual(trials)
         costs = _costs(results)
-        best, before = int(np.argmin(costs)), 0.5 * float(residual @ residual)
-        count += problem.size + len(trials)
-        if not costs[best] < before:
+        best = int(np.argmin(costs))
+        gain = 0.5 * float(residual @ residual) - costs[best]
+        if gain > 0:
+            u, residual = trials[best], results[best]
+        if gain < enough and (n > 0 or borrowed is None):
             break
-        u, residual = trials[best], results[best]
-        if before - costs[best] < enough:
-            break
-    jacobian = jacobian if passing else problem.jacobian(u, residual)
-    cost = 0.5 * float(residual @ residual) + problem.log_scale()
-    return Fit(problem, u, cost, residual, jacobian, count)
+    return Fit(problem, u, 0.5 * float(residual @ residual) + problem.log_scale(), residual)
 
 
 def own_noise(fit: Fit) -> Problem:

@@ -7,12 +7,12 @@ with the noise that their own residuals show.  Then a second effect may join, if
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import Lead, screen
@@ -75,16 +75,20 @@ def _entry(base: Fit, fit: Fit) -> Entry:
 
 
 def _glance(lead: Lead) -> Fit:
-    """One step from the lead's best start: enough to see who may win."""
-    return minimise(lead.problem, lead.starts[0], 1, passing=True)
+    """One step from the lead's best start: enough to see who may win.
+
+    It takes the nominal columns of the base's Jacobian for granted.
+    """
+    return minimise(lead.problem, lead.starts[0], 1, 0.5, lead.borrowed())
 
 
 def _short(seen: tuple[Lead, Fit]) -> Fit:
-    """The best of short fits from the lead's starts."""
+    """A short fit from the start that goes furthest in one iteration."""
     lead, first = seen
-    begin = [first.u if np.isfinite(first.cost) else lead.starts[0], *lead.starts[1:]]
-    fits = [minimise(lead.problem, u, SHORT, 0.5, passing=True) for u in begin]
-    return min(fits, key=lambda f: f.cost)
+    near = lead.borrowed()
+    begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
+    best = min(begun, key=lambda f: f.cost)
+    return minimise(lead.problem, best.u, SHORT - 1, 0.5, near)
 
 
 def _shorts(leads: list[Lead], mapper: Mapper) -> list[Fit]:
@@ -197,6 +201,20 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     return [f for f in found if _pays(named[0], f, base)]
 
 
+def _refined(fit: Fit) -> Fit:
+    """A free-form law with twice the knots, where they pay; any other fit as it is."""
+    law, own = fit.problem.hypothesis.law, fit.problem.unknowns
+    if law is None:
+        return fit
+    first = sum(not x.key.startswith("free_form") for x in own)
+    last = first + len(law.knots)
+    problem = replace(fit.problem, hypothesis=Hypothesis(law=finer(law)))
+    values = np.interp(finer(law).knots, law.knots, fit.u[first:last])
+    start = np.concatenate([fit.u[:first], values, fit.u[last:]])
+    again = settle(minimise(problem, start, 8))
+    return again if _rank(again) < _rank(fit) else fit
+
+
 def _polished(one: Fit, two: Fit) -> Fit:
     """The better of a fit and itself begun again where the fit with a second effect ended."""
     keys = {x.key: two.u[k] for k, x in enumerate(two.problem.unknowns)}
@@ -241,6 +259,7 @@ def compete(
     tell("fitting every effect at every place")
     fits = _round(base, singles, mapper, FINALISTS)
     base = repolish(base, fits[0]) if fits else base
+    fits[:1] = [_refined(f) for f in fits[:1]]
     tell("looking for a second effect")
     pairs = _pairs(base, fits, singles, mapper)
     unique: dict[tuple[tuple[str, str], ...], Entry] = {}

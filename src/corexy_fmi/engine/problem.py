@@ -1,7 +1,8 @@
 """The output-error problem: whitened residuals of a hypothesis over runs, and their Jacobian.
 
-Vector u: nominal parameters, effect parameters, then the initial belt deflection (two for each
-run).  Offsets of the channels are projected out, so that they cost no unknowns.
+Vector u: nominal parameters, effect parameters, then for each run its own nuisances: the initial
+belt deflection (two) and, where any clock is free, by how much its samples are late.  Offsets of
+the channels are projected out, so that they cost no unknowns.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from corexy_fmi.topology import REDUCED
 
 STEP = 1e-3  # finite difference on the internal scale
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
+LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
 def deflection_scale(machine: Machine) -> float:
@@ -72,7 +74,7 @@ class Problem:
 
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
     ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
-    effects need where they begin; 0, each machine's own, where pinned.
+    effects need where they begin, ``coarse`` times as long; 0, each machine's own, where pinned.
     """
 
     layout: Layout
@@ -81,6 +83,7 @@ class Problem:
     noise: tuple[tuple[Noise, ...], ...]
     hypothesis: Hypothesis = field(default_factory=Hypothesis)
     pinned: bool = False
+    coarse: float = 1.0
     unknowns: tuple[Unknown, ...] = field(init=False)
     base: Array = field(init=False)
     prior: tuple[Array, Array] = field(init=False)
@@ -101,16 +104,27 @@ class Problem:
         object.__setattr__(self, "unknowns", tuple(unknowns))
         object.__setattr__(self, "base", base)
         limit = 0.0 if self.pinned else _limit(self.layout, self.machine, base, self.hypothesis)
-        object.__setattr__(self, "limit", limit)
-        std = np.array([u.prior_std for u in unknowns] + [1.0] * (2 * len(self.runs)))
+        object.__setattr__(self, "limit", self.coarse * limit)
+        std = np.array(
+            [u.prior_std for u in unknowns] + ([1.0, 1.0, np.inf][: self.own]) * len(self.runs)
+        )
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
         )
 
     @property
     def size(self) -> int:
-        """Number of unknowns, deflections included."""
-        return len(self.unknowns) + 2 * len(self.runs)
+        """Number of unknowns, each run's own included."""
+        return len(self.unknowns) + self.own * len(self.runs)
+
+    @property
+    def own(self) -> int:
+        """Number of nuisances of each run."""
+        return 3 if any(run.clock_free for run in self.runs) else 2
+
+    def first_own(self, run: int) -> int:
+        """Index of a run's first nuisance."""
+        return len(self.unknowns) + self.own * run
 
     @property
     def nominal_count(self) -> int:
@@ -127,7 +141,7 @@ class Problem:
 
     def deflections(self, u: Array, run: int) -> Array:
         """Initial belt deflection [m] (sets, 2) of a run."""
-        first = len(self.unknowns) + 2 * run
+        first = self.first_own(run)
         return u[:, first : first + 2] * deflection_scale(self.machine)
 
     def simulate(self, u: Array, run: int, outputs: tuple[str, ...] | None = None) -> Array:
@@ -146,8 +160,10 @@ class Problem:
 
     def errors(self, u: Array, run: int) -> list[Array]:
         """Measured minus simulated for each channel, (sets, samples) each, offsets left in."""
-        out = self.simulate(u, run)
-        return [s.value - out[:, c, s.index] for c, s in enumerate(self.runs[run].samples)]
+        r, out = self.runs[run], self.simulate(u, run)
+        if r.clock_free:
+            out = late(r.excitation.time, out, LATE * u[:, self.first_own(run) + 2])
+        return [s.value - out[:, c, s.index] for c, s in enumerate(r.samples)]
 
     def _whiten(self, errors: list[Array], run: int) -> Array:
         parts = []
@@ -164,22 +180,30 @@ class Problem:
         parts = [self._whiten(self.errors(u, r), r) for r in range(len(self.runs))]
         return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
 
-    def jacobian(self, u: Array, residual: Array) -> Array:
-        """Derivative (samples + size, size) of the residual at u (size,), one-sided differences."""
-        common, parts = len(self.unknowns), []
-        steps = self._steps(u)
-        at = 0
+    def jacobian(self, u: Array, residual: Array, borrowed: Array | None = None) -> Array:
+        """Derivative (samples + size, size) of the residual at u (size,), one-sided differences.
+
+        Where ``borrowed`` is given, only its columns that are NaN are computed.
+        """
+        wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
+        steps, at = self._steps(u), 0
+        result = np.concatenate([np.zeros((len(residual) - self.size, self.size)),
+                                 np.diag(self.prior[1])])  # fmt: skip
+        if borrowed is not None:
+            result[:, ~wanted] = borrowed[:, ~wanted]
         for r, run in enumerate(self.runs):
+            first = self.first_own(r)
             moved = [k for k, x in enumerate(self.unknowns) if x.run in (None, r)]
-            columns = [*moved, common + 2 * r, common + 2 * r + 1]
-            sets = np.repeat(u[None], len(columns), axis=0)
-            sets[np.arange(len(columns)), columns] += steps[columns]
-            white = self._whiten(self.errors(sets, r), r)
-            block = np.zeros((run.count, self.size))
-            block[:, columns] = ((white - residual[at : at + run.count]) / steps[columns, None]).T
-            parts.append(block)
+            own = np.array([*moved, *range(first, first + self.own)])
+            columns = own[wanted[own]]
+            if len(columns):
+                sets = np.repeat(u[None], len(columns), axis=0)
+                sets[np.arange(len(columns)), columns] += steps[columns]
+                white = self._whiten(self.errors(sets, r), r)
+                change = (white - residual[at : at + run.count]) / steps[columns, None]
+                result[at : at + run.count, columns] = change.T
             at += run.count
-        return np.concatenate([*parts, np.diag(self.prior[1])])
+        return result
 
     def _steps(self, u: Array) -> Array:
         """Step of each difference, turned inwards at an upper bound."""
@@ -200,7 +224,10 @@ class Problem:
 
     def limits(self) -> tuple[Array, Array]:
         """Lower and upper bounds of u, (size,) each."""
-        pairs = [x.limits() for x in self.unknowns] + [(-6.0, 6.0)] * (2 * len(self.runs))
+        pairs = [x.limits() for x in self.unknowns]
+        for run in self.runs:
+            reach = LATEST / LATE if run.clock_free else 0.0
+            pairs += [(-6.0, 6.0), (-6.0, 6.0), (-reach, reach)][: self.own]
         low, high = np.array(pairs).T
         return low, high
 
@@ -211,6 +238,15 @@ class Problem:
             for r, run in enumerate(self.runs)
             for n, s in zip(self.noise[r], run.samples, strict=True)
         )
+
+
+def late(time: Array, out: Array, delay: Array) -> Array:
+    """Outputs (sets, channels, rows) as a clock that is off by a delay (sets,) [s] shows them."""
+    shifted = np.empty_like(out)
+    for k, d in enumerate(delay):
+        for c in range(out.shape[1]):
+            shifted[k, c] = np.interp(time - d, time, out[k, c])
+    return shifted
 
 
 def centred(errors: Sequence[Array]) -> list[Array]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.clock import start
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.problem import Problem
@@ -43,7 +44,7 @@ class Replay:
 def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...]) -> Replay:
     """Replay a machine as it is; only the nuisances are free."""
     problem = Problem(layout, machine, (run,), (noise,), pinned=True)
-    fit = minimise(problem, np.zeros(problem.size), 6)
+    fit = minimise(problem, start(problem), 6)
     errors = [e[0] - e[0].mean() for e in problem.errors(fit.u[None], 0)]
     return Replay(run, tuple(errors), fit)
 
@@ -63,17 +64,20 @@ def follow_up(
         n.whiten(e[None], s.breaks)[0] for e, s, n in zip(errors, run.samples, noise, strict=True)
     ]
     residual = np.concatenate([*parts, np.zeros(problem.size)])
-    fit = Fit(problem, first.u, 0.5 * float(residual @ residual), residual, first.jacobian, 1)
+    fit = Fit(problem, first.u, 0.5 * float(residual @ residual), residual)
     return Replay(run, tuple(errors), fit)
 
 
 def channel_noise(
     train: tuple[Run, ...], noise: tuple[tuple[Noise, ...], ...], run: Run
 ) -> tuple[Noise, ...]:
-    """For each channel of a run, the noise of the first training run that measured it."""
+    """For each channel of a run, the noise that training showed: on the same recording, else on
+    the first one that measured it.
+    """
     known: dict[str, Noise] = {}
-    for r, models in zip(train, noise, strict=True):
-        for samples, model in zip(r.samples, models, strict=True):
+    order = sorted(range(len(train)), key=lambda k: train[k].name != run.name)
+    for k in order:
+        for samples, model in zip(train[k].samples, noise[k], strict=True):
             known.setdefault(samples.channel, model)
     return tuple(known[s.channel] for s in run.samples if s.channel in known)
 

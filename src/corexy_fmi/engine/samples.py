@@ -72,6 +72,11 @@ class Run:
         """Number of scalar samples."""
         return sum(len(s.index) for s in self.samples)
 
+    @property
+    def clock_free(self) -> bool:
+        """Whether the samples' clock has an unknown offset against that of the inputs."""
+        return self.recording.metadata.get("clock") == "free"
+
     def with_samples(self, samples: tuple[Samples, ...]) -> Run:
         """The same run judged on other samples."""
         return replace(self, samples=samples)

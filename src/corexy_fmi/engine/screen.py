@@ -7,7 +7,7 @@ and phase follow at once.  It orders the candidates and gives their fits a start
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ KEPT, WORTH = 4, 0.3  # starts that a lead offers at most; share of the best one
 
 @dataclass(frozen=True, eq=False)
 class Lead:
-    """A hypothesis added to a fit: linear gain [nats], and internal vectors to start from.
+    """A hypothesis added to a ``base`` fit: linear gain [nats], internal vectors to start from.
 
     ``bound`` is how many times its start's size the effect may have at most, at 95 %.
     """
@@ -32,7 +32,21 @@ class Lead:
     problem: Problem
     gain: float
     starts: tuple[Array, ...]
+    base: Fit
     bound: float = 0.0
+
+    def borrowed(self) -> Array:
+        """The base's Jacobian for this problem; NaN in the columns of what was added."""
+        old = {x.key: k for k, x in enumerate(self.base.problem.unknowns)}
+        count, size = len(self.problem.unknowns), self.problem.size
+        samples = len(self.base.residual) - self.base.problem.size
+        result = np.full((samples + size, size), np.nan)
+        pairs = [(k, old[x.key]) for k, x in enumerate(self.problem.unknowns) if x.key in old]
+        pairs += [(k, k - count + len(old)) for k in range(count, size)]
+        columns, sources = map(list, zip(*pairs, strict=True))
+        result[:samples, columns] = self.base.jacobian[:samples, sources]
+        result[samples:, columns] = np.diag(self.problem.prior[1])[:, columns]
+        return result
 
 
 def _embed(base: Fit, problem: Problem) -> Array:
@@ -56,7 +70,7 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
     kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
     linear = max(found[0].gain, top)
     bound = max(score.bound for score in found)
-    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), bound)
+    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base, bound)
 
 
 def _law_lead(base: Fit, hypothesis: Hypothesis, problem: Problem, u: Array, q: Array) -> Lead:
@@ -67,7 +81,7 @@ def _law_lead(base: Fit, hypothesis: Hypothesis, problem: Problem, u: Array, q: 
     gain, factors = gain_many(base.residual, changes(base, problem, vectors, q))
     start = u.copy()
     start[own] = np.clip(factors, -100, 100)
-    return Lead(hypothesis, problem, gain, (start,))
+    return Lead(hypothesis, problem, gain, (start,), base)
 
 
 def _reach(base: Fit, problem: Problem, starts: Array, q: Array) -> Array:
@@ -88,7 +102,7 @@ def screen(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> lis
     first, offered = base.problem, spread(base)
 
     def one(hypothesis: Hypothesis) -> Lead:
-        problem = Problem(first.layout, first.machine, first.runs, first.noise, hypothesis)
+        problem = replace(first, hypothesis=hypothesis)
         return _lead(base, hypothesis, problem, q, offered)
 
     leads = list(mapper(one, candidates))  # type: ignore[operator]

@@ -16,11 +16,15 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The word, the entry it stands on, and the classes of equals."""
+    """The word, the entry it stands on, the classes of equals, what shows that it is so, and the
+    winner that held-out data refuted.
+    """
 
     word: str
     entry: Entry | None
     classes: tuple[tuple[tuple[tuple[str, str], ...], ...], ...] = ()
+    reason: str = ""
+    refuted: Entry | None = None
 
 
 def excess_removed(retuned: float, explained: float, noise: float) -> float:
@@ -37,6 +41,11 @@ def confirmed(proof: Proof) -> bool:
     retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
     near = explained <= AGREES or excess_removed(retuned, explained, 1.0) >= HALF
     return near and all(g > 0 for g in gains) and sum(gains) > CONFIRMED
+
+
+def harmless(proof: Proof) -> bool:
+    """Whether held-out data do not speak against the explanation; enough for a free-form law."""
+    return all(gain > -CONFIRMED for gain in proof.gains("holdout"))
 
 
 def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
@@ -57,8 +66,8 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
     if best is None:
         return _nothing_or_retuned(competition)
     agrees = proof is None or confirmed(proof)
-    if best.hypothesis.law:
-        return Verdict("unexplained", best) if agrees else _refuted(best)
+    if best.hypothesis.law and (proof is None or harmless(proof)):
+        return Verdict("unexplained", best)
     if not agrees:
         return _refuted(best)
     chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
@@ -69,7 +78,10 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
 
 def _refuted(best: Entry) -> Verdict:
     """Held-out data contradict the winner: it is not put into the machine."""
-    return Verdict("unexplained" if best.gain > WEAK_GAIN else "nothing_missing", None)
+    if best.gain <= WEAK_GAIN:
+        return Verdict("nothing_missing", None)
+    reason = f"{best.hypothesis.label} fits the data used, but not the data kept back"
+    return Verdict("unexplained", None, reason=reason, refuted=best)
 
 
 def _nothing_or_retuned(competition: Competition) -> Verdict:
