@@ -21,10 +21,12 @@ static void list_active(stage *s)
 {
     memset(s->active_count, 0, sizeof s->active_count);
     s->has_history = 0;
+    int last = -1, on = 0; /* the calls of an instance stand together */
     for (int n = 0; n < CALL_COUNT; n++) {
         const struct call *c = &CALLS[n];
         const struct instance *e = &INSTANCES[c->instance];
-        if (!differs(s, e) || !place_exists(s, c)) continue;
+        if (c->instance != last) { last = c->instance; on = differs(s, e); }
+        if (!on || !place_exists(s, c)) continue;
         if (!(e->drives & c->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;

@@ -7,6 +7,7 @@ row's stamp was really taken, and the response is read there, by cubic Hermite i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,30 +20,40 @@ Array = NDArray[np.float64]
 SENSED = ("x", "y", "ax", "ay")
 
 
-def clocked(layout: Layout) -> list[Instance]:
+@lru_cache(maxsize=32)
+def clocked(layout: Layout) -> tuple[Instance, ...]:
     """The instances that have a law at this port."""
-    return [i for i in layout.instances if any(law.port in HOST for law in i.effect.laws)]
+    return tuple(i for i in layout.instances if any(law.port in HOST for law in i.effect.laws))
+
+
+def _sizes(instances: Sequence[Instance]) -> tuple[list[int], list[float]]:
+    """Places of the parameters that switch these on, and their neutral values."""
+    pairs = [
+        (i.parameter + k, p.neutral)
+        for i in instances
+        for k, p in enumerate(i.effect.parameters)
+        if p.size
+    ]
+    return [place for place, _ in pairs], [neutral for _, neutral in pairs]
 
 
 def taken(instances: Sequence[Instance], vector: Array, time: Array) -> Array:
-    """Times [s] (n,) at which samples stamped ``time`` (n,) were taken; ``time`` itself if exact.
+    """Times [s] (n,) at which samples stamped ``time`` (n,) were taken.
 
     ``vector`` is the kernel's parameter vector of one set.
     """
     stamp = time - time[0]
-    exact = True
     for instance in instances:
         names = [p.name for p in instance.effect.parameters]
         values = dict(zip(names, vector[instance.parameter :].tolist(), strict=False))
         if all(values[p.name] == p.neutral for p in instance.effect.sizes):
             continue
-        exact = False
         for law in instance.effect.laws:
             if law.port in HOST:
                 given: Mapping[str, object] = {**values, "stamp": stamp}
                 read = {n: given[n] for n in argument_names(law.function)}
                 stamp = np.asarray(law.function(**read)["stamp"])
-    return time if exact else time[0] + stamp
+    return np.asarray(time[0] + stamp)
 
 
 def resampled(time: Array, values: Array, at: Array) -> Array:
@@ -72,7 +83,6 @@ def restamp(
     instances = clocked(layout)
     if not sensed or not instances:
         return
-    for vector, response in zip(parameters, out, strict=True):
-        at = taken(instances, vector, time)
-        if at is not time:
-            response[sensed] = resampled(time, response[sensed], at)
+    places, neutral = _sizes(instances)
+    for n in np.flatnonzero((parameters[:, places] != neutral).any(axis=1)):
+        out[n, sensed] = resampled(time, out[n, sensed], taken(instances, parameters[n], time))
