@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.signature import TRIED, by_run, changes, gain_many, row_of, scores
+from corexy_fmi.engine.signature import TRIED, changes, gain_many, row_of, scores
 from corexy_fmi.engine.spread import Spread, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
