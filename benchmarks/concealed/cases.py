@@ -50,6 +50,12 @@ def effect_cases(repeats: int) -> list[tuple[str, dict[str, Any]]]:
     return cases
 
 
+def strikes(name: str) -> bool:
+    """Whether a case is diagnosed once more with its true entry deleted: every fourth of each."""
+    effect, _, n = name.rpartition("-")
+    return effect in EFFECTS and int(n) % 4 == 0
+
+
 def null_cases(count: int) -> list[tuple[str, dict[str, Any]]]:
     """Named cases with nothing planted, nuisances imperfect as the plant draws them."""
     return [(f"null-{n}", {"kind": "null", "setting": SETTINGS[n % 3]}) for n in range(count)]

@@ -17,7 +17,8 @@ import plant
 from rich.progress import track
 
 from benchmarks.concealed.blind import load
-from benchmarks.concealed.cases import published, seed_of
+from benchmarks.concealed.cases import published, seed_of, strikes
+from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.score import score
 from corexy_fmi.engine import diagnose
 
@@ -60,6 +61,16 @@ def clean_rms(document: dict[str, Any]) -> dict[str, Any]:
     return kept
 
 
+def struck(case: Any, document: dict[str, Any]) -> dict[str, Any]:
+    """Level L4: what is said where the true entry is deleted, and how far its law is off."""
+    return {
+        "verdict": document["verdict"],
+        "effects": [(e["name"], e["location"]) for e in document["effects"]],
+        "coordinate": document["located"]["coordinate"],
+        "curve_error": curve_error(case, document),
+    }
+
+
 def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dict[str, Any]:
     """Draw, seal, diagnose, open, score."""
     seed = seed_of(origin, name)
@@ -75,7 +86,7 @@ def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dic
         "diagnose": time.monotonic() - drawn,
         "recorded": float(sum(r.time[-1] - r.time[0] for r in train)),
     }
-    return {
+    entry = {
         "name": name,
         "seed": seed,
         "wanted": wanted,
@@ -86,6 +97,11 @@ def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dic
         "document": clean_rms(document),
         "commit": commit(),
     }
+    if strikes(name):
+        without = frozenset(e["name"] for e in case.truth["effects"])
+        deleted = diagnose(train, holdout, machine, jobs=1, without=without).document
+        entry["struck"] = struck(case, deleted)
+    return entry
 
 
 def main() -> None:

@@ -18,7 +18,7 @@ from .world import FILES, World, choose, draw_world, stream
 
 KINDS, SHARES = ("effect", "pair", "null", "outside"), (0.6, 0.1, 0.2, 0.1)
 TARGETS = (150.0, 300.0, 1000.0, 5000.0)
-FILE_LIMIT = (0.4, 2.5)  # a machine file stays within these factors of the base
+FILE_LIMIT = (0.2, 5.0)  # a machine file stays within these factors of the base
 
 
 @dataclass(frozen=True)

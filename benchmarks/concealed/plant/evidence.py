@@ -14,7 +14,7 @@ from .machines import pack
 from .recording import channels, measured
 
 HELD = "belt_axial_stiffness"
-REACH = 0.8  # log of the factor by which one step may change a parameter
+REACHES = (0.8, 2.0)  # log of the factor by which one step may change a parameter
 BOX = 100.0  # a nominal parameter stays within a factor of 200 of its true value
 WEAK, WEAK_DEFLECTION = 0.03, 1e-5
 DEFLECTION, DIFFERENCE = 1e-5, 4e-3
@@ -83,6 +83,8 @@ class Model:
         self.size = self.n_machine + 2 * len(experiment.runs)
         self.low, self.high = np.full(self.size, -300.0), np.full(self.size, 300.0)
         self.low[: self.n_machine], self.high[: self.n_machine] = -BOX, BOX
+        # idlers lighter than half move the same, but in ever smaller steps
+        self.low[self.groups.index(("pulley_inertia",))] = np.sinh(np.log(0.5))
 
     def still(self):
         """theta of the true machine."""
@@ -96,18 +98,18 @@ class Model:
                 out[name] *= float(np.exp(np.arcsinh(u)))
         return out
 
-    def around(self, theta):
+    def around(self, theta, reach):
         """The box that one step may reach."""
         low, high, n = self.low.copy(), self.high.copy(), self.n_machine
         here = np.arcsinh(theta[:n])
-        low[:n] = np.maximum(low[:n], np.sinh(here - REACH))
-        high[:n] = np.minimum(high[:n], np.sinh(here + REACH))
+        low[:n] = np.maximum(low[:n], np.sinh(here - reach))
+        high[:n] = np.minimum(high[:n], np.sinh(here + reach))
         return low, high
 
     def at_bound(self, theta):
         """Names of the nominal parameters that the box holds back."""
-        low, high = self.low + 1e-6, self.high - 1e-6
-        pairs = zip(self.groups, (theta < low) | (theta > high), strict=False)
+        touched = (theta < 1e-6 - BOX) | (theta > BOX - 1e-6)
+        pairs = zip(self.groups, touched, strict=False)
         return [group[0] for group, touched in pairs if touched]
 
     def machine(self, theta, more=None):
@@ -161,7 +163,7 @@ class Model:
         return cost if np.isfinite(cost) else np.inf
 
 
-def damped_step(model, jac, residual, theta, damping):
+def damped_step(model, jac, residual, theta, damping, reach):
     """Levenberg-Marquardt step within the box and a smaller one around theta."""
     pull, slope = model.ridge(theta)
     normal = gram(jac, jac) + np.diag(slope**2)
@@ -169,7 +171,7 @@ def damped_step(model, jac, residual, theta, damping):
     normal += np.diag(damping * np.diag(normal))
     scale = 1.0 / np.sqrt(np.diag(normal))
     normal, right = normal * scale[:, None] * scale, right * scale
-    low, high = model.around(theta)
+    low, high = model.around(theta, reach)
     low, high, out = (low - theta) / scale, (high - theta) / scale, np.zeros(model.size)
     free = np.ones(model.size, bool)
     for _ in range(model.size):
@@ -196,7 +198,7 @@ class Fit:
         return float(np.sum(self.residual**2))
 
 
-def fit(model, truth, theta, jac=None, fresh=8, enough=0.01):
+def fit(model, truth, theta, jac=None, fresh=4, enough=0.01, reach=REACHES[0]):
     """Levenberg-Marquardt from theta; Broyden's update keeps a Jacobian usable.
 
     It ends where a step on a fresh Jacobian gains less than the share `enough`, or where
@@ -207,7 +209,7 @@ def fit(model, truth, theta, jac=None, fresh=8, enough=0.01):
     while True:
         if jac is None:
             jac, exact, fresh, refused = model.jacobian(theta, here), True, fresh - 1, 0
-        trial = damped_step(model, jac, truth - here, theta, damping)
+        trial = damped_step(model, jac, truth - here, theta, damping, reach)
         there = model.output(trial)
         gain = cost - model.cost(truth - there, trial)
         if gain > 0.0:

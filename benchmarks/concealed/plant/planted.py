@@ -45,21 +45,25 @@ def rivals(drive, planted, beside):
                 yield effect, location
 
 
+def signatures(model, theta, here, effect, location, known):
+    """What small sizes of an effect, in each shape of its grid, add to the model's output."""
+    parts = {"xy": ("x", "y"), "motors": ("motor1", "motor2")}.get(location, ())
+    if parts and set(parts) <= set(effect.locations):
+        return sum(signatures(model, theta, here, effect, part, known) for part in parts)
+    if (effect.name, location) not in known:
+        small = [Planted(effect, location, effect.step, shape).slots() for shape in effect.grid]
+        columns = [model.output(theta, slots) - here for slots in small]
+        known[effect.name, location] = np.column_stack(columns)
+    return known[effect.name, location]
+
+
 def nearest_rival(model, theta, jac, residual, planted):
     """The rival whose retuned, linearised signature is closest, and the cosine to it."""
-    here, best = model.output(theta), ("none", "none", 0.0)
+    here, best, known = model.output(theta), ("none", "none", 0.0), {}
     for effect, location in rivals(model.experiment.drive, planted, model.beside):
-        columns = []
-        for shape in effect.grid:
-            small = Planted(effect, location, effect.step, shape)
-            columns.append(model.output(theta, small.slots()) - here)
-        signatures = left_over(jac, np.column_stack(columns))
-        spans = (
-            [signatures]
-            if effect.spans
-            else [signatures[:, i : i + 1] for i in range(len(columns))]
-        )
-        near = max(cosine(residual, s) for s in spans)
+        seen = left_over(jac, signatures(model, theta, here, effect, location, known))
+        spans = [seen] if effect.spans else [column[:, None] for column in seen.T]
+        near = max(cosine(residual, span) for span in spans)
         if near > best[2]:
             best = (effect.name, location, near)
     return best

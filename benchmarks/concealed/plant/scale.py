@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Model, fit, left_over, whitened
+from .evidence import REACHES, Model, fit, left_over, whitened
 from .machines import pack
 from .planted import merged, nearest_rival
 from .recording import channels
 from .world import experiment_of
 
-CLOSE = 0.08  # log of E over its target that is good enough
+CLOSE = 0.12  # log of E over its target that is good enough
+LINEAR = 0.1  # log of linearised over real E, below which there is one minimum only
 
 
 def true_machine(world, planted):
@@ -73,8 +74,12 @@ class Retuning:
         away = whitened(self.model.experiment, clean(self.world, planted)) - self.plain
         return float(np.sum(left_over(self.slopes, away[:, None]) ** 2))
 
-    def fit(self, planted, size=1.0, fresh=8):
-        """From the best of the true parameters and the last fit, also drawn to this size."""
+    def fit(self, planted, size=1.0, thorough=True):
+        """From the best of the true parameters and the last fit, also drawn to this size.
+
+        Thorough, and where the linearised retuning misses E: from the true parameters too, in
+        longer steps, and then on from the better end.
+        """
         model = self.model
         truth = whitened(model.experiment, clean(self.world, planted))
         starts = [(self.still, self.slopes)]
@@ -83,22 +88,29 @@ class Retuning:
             drawn = np.clip(self.still + share * (theta - self.still), model.low, model.high)
             starts += [(theta, self.last.jac), (drawn, self.last.jac)]
         costs = [model.cost(truth - model.output(theta), theta) for theta, _ in starts]
-        theta, jac = starts[int(np.argmin(costs))]
-        self.last, self.size = fit(model, truth, theta, jac, fresh), size
-        return self.last
+        first = starts[int(np.argmin(costs))]
+        found = fit(model, truth, *first, 5 if thorough else 1)
+        away = left_over(self.slopes, (truth - self.plain)[:, None])
+        bent = abs(np.log(np.sum(away**2) / found.evidence)) > LINEAR
+        if thorough and bent:
+            other = fit(model, truth, self.still, self.slopes, 4, reach=REACHES[1])
+            found = min(found, other, key=lambda one: one.evidence)
+            found = fit(model, truth, found.theta, found.jac, 4)
+        self.last, self.size = found, size
+        return found
 
 
 def to_target(world, one, target):
     """First on the linearised retuning, one simulation a try; then on the retuned fit itself."""
     retuning = Retuning(world)
 
-    def retuned(trial, fresh):
-        found = retuning.fit((trial,), trial.size, fresh)
+    def retuned(trial, thorough):
+        found = retuning.fit((trial,), trial.size, thorough)
         return found.evidence, found
 
     one, _ = search(lambda trial: (retuning.linear((trial,)), None), one, target, 8)
-    one, _ = search(lambda trial: retuned(trial, 1), one, target, 6)
-    one, (_, found) = search(lambda trial: retuned(trial, 8), one, target, 3)
+    one, _ = search(lambda trial: retuned(trial, False), one, target, 5)
+    one, (_, found) = search(lambda trial: retuned(trial, True), one, target, 3)
     retuning.last, retuning.size = found, one.size
     return one, retuning
 
