@@ -32,6 +32,7 @@ from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import REDUCED
 
 STEP = 1e-3  # finite difference on the internal scale
+SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
@@ -50,16 +51,17 @@ def _write_defaults(base: Array, instance: Instance) -> None:
             base[instance.parameter + k] = p.default
 
 
-def _limit(layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis) -> float:
-    """Micro-step [s] for the machine file's poles and those of the effects' starts."""
-    sets = [base]
+def _needed(layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis) -> float:
+    """Micro-step [s] that the quickest of the effects' starts needs; infinite without such."""
+    sets: list[Array] = []
     for instance in hypothesis.uses:
         values = [p.starts for p in instance.effect.parameters]
         quick = instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)
         for row in itertools.islice(itertools.product(*values), 24) if quick else ():
             sets.append(base.copy())
             sets[-1][instance.parameter : instance.parameter + len(row)] = row
-    return min(_step_limit(layout, v.tobytes(), machine.fidelity, machine.drive) for v in sets)
+    found = [_step_limit(layout, v.tobytes(), machine.fidelity, machine.drive) for v in sets]
+    return min(found, default=float("inf"))
 
 
 @lru_cache(maxsize=4096)
@@ -74,7 +76,8 @@ class Problem:
 
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
     ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
-    effects need where they begin, ``coarse`` times as long; 0, each machine's own, where pinned.
+    effects need where they begin; 0, each machine's own, where pinned.  ``coarse`` lengthens the
+    machine's.
     """
 
     layout: Layout
@@ -103,14 +106,19 @@ class Problem:
             unknowns += law_unknowns(self.layout, self.hypothesis.law)
         object.__setattr__(self, "unknowns", tuple(unknowns))
         object.__setattr__(self, "base", base)
-        limit = 0.0 if self.pinned else _limit(self.layout, self.machine, base, self.hypothesis)
-        object.__setattr__(self, "limit", self.coarse * limit)
+        limit = 0.0 if self.pinned else self._limit(base)
+        object.__setattr__(self, "limit", limit)
         std = np.array(
             [u.prior_std for u in unknowns] + ([1.0, 1.0, np.inf][: self.own]) * len(self.runs)
         )
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
         )
+
+    def _limit(self, base: Array) -> float:
+        own = _step_limit(self.layout, base.tobytes(), self.machine.fidelity, self.machine.drive)
+        needed = _needed(self.layout, self.machine, base, self.hypothesis)
+        return max(min(self.coarse * own, needed), own / SHORTEST)
 
     @property
     def size(self) -> int:
