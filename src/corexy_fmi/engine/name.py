@@ -176,11 +176,13 @@ def repolish(base: Fit, winner: Fit) -> Fit:
 def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
     """The fit's effects with each other single candidate."""
     own = first.problem.hypothesis.uses
-    names = {i.effect.name for i in own}
+    names, free = {i.effect.name for i in own}, any(i.effect.frees_rotor for i in own)
     return [
         Hypothesis((*own, *s.uses))
         for s in singles
-        if s.uses and s.uses[0].effect.name not in names
+        if s.uses
+        and s.uses[0].effect.name not in names
+        and not (s.uses[0].effect.frees_rotor and free)  # both would bring the same spring
     ]
 
 
