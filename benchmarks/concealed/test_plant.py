@@ -1,6 +1,7 @@
 """The plant's own effects, each against what its sentence in the contract says."""
 
 import hashlib
+import json
 import sys
 from pathlib import Path
 
@@ -133,18 +134,62 @@ def least_distance(world, planted, values):
 @pytest.mark.parametrize(
     ("effect", "location", "setting", "machine"),
     [
-        ("sensor_delay", "sensor", "commissioning", "yin2018"),
-        ("backlash", "motor1", "dc", "light_bench"),
-        ("belt_stiffness_vs_position", "belts", "rectangles", "gt2_printer"),
+        ("sensor_delay", "sensor", "dc", "light_bench"),
+        ("stepper_compliance", "motors", "commissioning", "light_bench"),
+        ("axis_skew", "sensor", "commissioning", "gt2_printer"),
     ],
 )
 def test_no_other_optimiser_finds_a_nearer_nominal_machine(effect, location, setting, machine):
     case = plant.draw(7, "effect", effect, location, setting, 1000.0, machine=machine)
+    planted = replanted(case)
+    assert case.truth["E"] < 1.1 * least_distance(case.world, planted, case.world.values) + 1.0
+
+
+def replanted(case):
+    """The planted effect of a case, from its truth."""
     (said,) = case.truth["effects"]
-    entry = BY_NAME[effect]
-    # sizes here are the parameter itself
-    planted = Planted(
-        entry, location, said["parameters"].pop(entry.size_name), said["parameters"], said["form"]
+    entry, shape = BY_NAME[said["name"]], dict(said["parameters"])
+    size = shape.pop(entry.size_name)
+    if said["name"] in ("stribeck_friction", "stepper_compliance"):
+        size = size - 1.0 if said["name"] == "stribeck_friction" else 1.0 / size
+    return (Planted(entry, said["location"], size, shape, said["form"]),)
+
+
+DRAWN = [
+    ("pair", None, "rectangles", "gt2_printer"),
+    ("null", None, "dc", "light_bench"),
+    ("outside", "gusts", "commissioning", "yin2018"),
+    ("effect", "constant_force", "dc", "gt2_printer"),
+]
+
+
+@pytest.mark.parametrize(("kind", "effect", "setting", "machine"), DRAWN)
+def test_a_draw_is_repeatable_sealed_and_has_a_twin(kind, effect, setting, machine):
+    case, again = (
+        plant.draw(11, kind, effect, setting=setting, machine=machine, target_E=300.0)
+        for _ in range(2)
     )
-    least = least_distance(case.world, (planted,), case.world.values)
-    assert case.truth["E"] < 1.1 * least
+    assert (case.truth, case.train, case.holdout) == (again.truth, again.train, again.holdout)
+    assert case.machine_toml == again.machine_toml
+    digest, sealed = plant.seal(case)
+    assert hashlib.sha256(sealed).hexdigest() == digest
+    assert json.loads(sealed[32:]) == json.loads(json.dumps(case.truth))
+    assert 0.0 <= case.truth["E_sep"] <= case.truth["E"]
+    assert len(case.truth["effects"]) == {"pair": 2, "null": 0}.get(kind, 1)
+    twin = plant.twin(case)
+    assert twin.truth["effects"] == []
+    assert twin.machine_toml == case.machine_toml
+    assert twin.planted_force is None
+    if case.truth["noise"]["jitter"] == 0.0:
+        noises = []
+        for one in (case, twin):
+            lines = [n for n in one.train["train1.csv"].splitlines() if n[0] != "#"]
+            table = np.genfromtxt(lines, delimiter=",", names=True)
+            noises.append(table["x"] - one.train_clean["train1.csv"]["x"])
+        np.testing.assert_allclose(noises[0], noises[1], atol=1e-12)
+    if effect == "constant_force":
+        forces = np.concatenate(case.planted_force["force"])
+        size = case.truth["effects"][0]["parameters"]["force"]
+        axis = "xy".index(case.truth["effects"][0]["location"])
+        assert np.median(forces[:, axis]) == pytest.approx(size)
+        assert np.median(forces[:, 1 - axis]) == 0.0

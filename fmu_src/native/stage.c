@@ -16,13 +16,35 @@
 
 #include "stage_math.h"
 
-/* what is left of a speed beyond the bound c: set-valued friction in closed form; a share below 1
- * is Coulomb friction that grows linearly up to a small speed s, c / (c + s), implicitly */
-INLINE double slide(double v, double c, double share) { return v - larger(smaller(share * v, c), -c); }
-INLINE double grip_share(double c, double s) { return s > 0 ? c / (c + s) : 1.0; }
-INLINE double kicked(double v, double keep, double push, double force, double slip, double share)
+/* Coulomb friction F(v) = f min(x, a1 + b1 x, a2 + b2 x, 1), x = |v| / v_s: tanh within 2 %.  Being
+ * concave, its implicit kick is in closed form: each line alone takes away gain |v| + lift, and the
+ * least of them holds.  v_s = 0 is set-valued friction: gain 1, lift 0. */
+static const double ROUND_START[2] = {0.194, 0.667}, ROUND_SLOPE[2] = {0.596, 0.1546};
+typedef struct { double gain[3], lift[3]; } rounding;
+INLINE rounding rounded(double c, double s)
 {
-    return slide(keep * v + push * force, slip, share);
+    rounding r;
+    for (int n = 0; n < 3; n++) {
+        const double a = n ? ROUND_START[n - 1] : 0.0, b = n ? ROUND_SLOPE[n - 1] : 1.0;
+        r.gain[n] = s > 0 ? c * b / (s + c * b) : 1.0;
+        r.lift[n] = s > 0 ? c * a * s / (s + c * b) : 0.0;
+    }
+    return r;
+}
+/* what Coulomb friction leaves of a speed; c is what it takes away of a fast one */
+INLINE double slide(double v, double c, const rounding *r)
+{
+    const double size = fabs(v);
+    const double slow = smaller(r->gain[0] * size, c);
+    const double fast = smaller(r->gain[1] * size + r->lift[1], r->gain[2] * size + r->lift[2]);
+    return v - copysign(smaller(slow, fast), v);
+}
+/* the kick of coordinate i with the constants of set_kick */
+INLINE double kicked_free(const stage *s, int i, int l, double v, double force)
+{
+    rounding r;
+    for (int n = 0; n < 3; n++) r.gain[n] = s->round_gain[n][i][l], r.lift[n] = s->round_lift[n][i][l];
+    return slide(s->keep[i][l] * v + s->push[i][l] * force, s->slip[i][l], &r);
 }
 INLINE double drifted(double q, double v, double half) { return q + half * v; }
 
@@ -62,7 +84,8 @@ static void set_kick(stage *s, double h)
             s->keep[i][l] = (1.0 - b) * share;
             s->push[i][l] = h * s->inverse_mass[i][l] * share;
             s->slip[i][l] = s->push[i][l] * s->bound0[i][l];
-            s->grip[i][l] = grip_share(s->slip[i][l], s->smoothing[i][l]);
+            const rounding r = rounded(s->slip[i][l], s->smoothing[i][l]);
+            for (int n = 0; n < 3; n++) s->round_gain[n][i][l] = r.gain[n], s->round_lift[n][i][l] = r.lift[n];
         }
 }
 
@@ -109,13 +132,6 @@ static void find_motor_torque(stage *s)
         EACH s->force[2 + i][l] += s->torque[i][l];
 }
 
-/* the kick with the constants of set_kick */
-INLINE double kicked_free(const stage *s, int i, int l)
-{
-    const double v = s->v[i][l], force = s->force[i][l];
-    return kicked(v, s->keep[i][l], s->push[i][l], force, s->slip[i][l], s->grip[i][l]);
-}
-
 /* the kick of a coordinate whose damping and bound are not the constants of set_kick */
 INLINE double kicked_by(const stage *s, int i, int l, double inverse, double damping, double bound)
 {
@@ -123,8 +139,8 @@ INLINE double kicked_by(const stage *s, int i, int l, double inverse, double dam
     const double b = h * (0.5 * damping * inverse), share = 1.0 / (1.0 + b);
     const double push = h * inverse * share;
     const double slip = push * larger(bound, 0.0);
-    const double grip = grip_share(slip, s->smoothing[i][l]);
-    return kicked(s->v[i][l], (1.0 - b) * share, push, s->force[i][l], slip, grip);
+    const rounding r = rounded(slip, s->smoothing[i][l]);
+    return slide((1.0 - b) * share * s->v[i][l] + push * s->force[i][l], slip, &r);
 }
 
 /* an axis whose friction or force a law changes */
@@ -154,7 +170,7 @@ INLINE void kick_free(stage *s, int first, int end, double half)
 {
     for (int i = first; i < end; i++)
         EACH {
-            const double v = kicked_free(s, i, l);
+            const double v = kicked_free(s, i, l, s->v[i][l], s->force[i][l]);
             s->before[i][l] = s->v[i][l];
             s->v[i][l] = v;
             s->q[i][l] = drifted(s->q[i][l], v, half);
@@ -181,7 +197,7 @@ INLINE void kick_motors(stage *s, double half)
             }
     else
         for (int i = 2; i < 4; i++)
-            EACH turn_motor(s, i, l, kicked_free(s, i, l), half);
+            EACH turn_motor(s, i, l, kicked_free(s, i, l, s->v[i][l], s->force[i][l]), half);
 }
 
 /* positions in the middle of the step and belt forces; the idlers' whole step */

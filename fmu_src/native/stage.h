@@ -35,12 +35,13 @@ typedef struct {
     /* constants that follow from the parameters */
     lane radius[1], damping_time[1], spacing[1], damping_gain[1], back_emf[1];
     lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
-    lane smoothing[COORDINATES]; /* speed below which Coulomb friction fades [m/s, rad/s] */
+    lane smoothing[COORDINATES]; /* speed scale of Coulomb friction [m/s, rad/s] */
     lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
     lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
     double kick_step;            /* [s] that the next line is for; 0: none */
-    lane keep[COORDINATES], push[COORDINATES], slip[COORDINATES], grip[COORDINATES];
+    lane keep[COORDINATES], push[COORDINATES], slip[COORDINATES];
+    lane round_gain[3][COORDINATES], round_lift[3][COORDINATES]; /* of smooth Coulomb friction */
     /* state */
     lane q[COORDINATES], v[COORDINATES], before[COORDINATES]; /* before: v one micro-step ago */
     /* working variables of a micro-step */

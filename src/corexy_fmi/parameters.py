@@ -75,7 +75,7 @@ NOMINAL: tuple[NominalParameter, ...] = (
     NominalParameter("motor_damping_gain", "K_2", "N m s/rad", 3.1e-3, 0.0, 1e2, LOOSE,
                      "back-EMF damping of a dc motor", "motor.dampingGain"),
     NominalParameter("friction_smoothing", "v_s", "m/s", 0.0, 0.0, 0.05, FIXED,
-                     "speed up to which Coulomb friction grows linearly; 0: set-valued",
+                     "speed scale of smooth Coulomb friction (nearly tanh); 0: set-valued",
                      "friction.smoothingSpeed"),
 )  # fmt: skip
 

@@ -18,7 +18,10 @@ from .world import FILES, World, choose, draw_world, stream
 
 KINDS, SHARES = ("effect", "pair", "null", "outside"), (0.6, 0.1, 0.2, 0.1)
 TARGETS = (150.0, 300.0, 1000.0, 5000.0)
-FILE_LIMIT = (0.2, 5.0)  # a machine file stays within these factors of the base
+FILE_LIMIT = (
+    0.6,
+    1.6,
+)  # of the true values: two to three of the standard deviations that a file claims
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,8 @@ def concealing_machine(world, retuning, planted):
     tuned = model.values(theta)
     free = [name for group in model.experiment.free for name in group]
     scale = np.exp(-np.mean([np.log(tuned[n] / world.values[n]) for n in free]))
-    for i, group in enumerate(model.groups):
-        ratios = [start[n] / (scale * world.values[n]) for n in group]
-        model.low[i] = np.sinh(np.log(FILE_LIMIT[0] * max(ratios)))
-        model.high[i] = np.sinh(np.log(FILE_LIMIT[1] * min(ratios)))
+    for i in range(len(model.groups)):
+        model.low[i], model.high[i] = np.sinh(np.log(np.array(FILE_LIMIT) / scale))
     inside = np.clip(theta, model.low, model.high)
     if np.any(inside != theta):
         truth = whitened(model.experiment, clean(world, planted))
@@ -144,6 +145,7 @@ def twin(case):
     """The same motion, noise seed and machine file, with the effect off."""
     truth = case.truth | {"kind": "null", "effects": [], "twin_of": case.truth["effects"]}
     truth |= {"E": 0.0, "E_sep": 0.0, "nearest_rival": None, "each": [], "target_E": None}
+    truth |= {"at_bound": []}
     return assemble(case.world, (), case.machine_toml, truth)
 
 

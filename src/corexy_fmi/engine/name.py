@@ -16,7 +16,7 @@ from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import Lead, screen
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
@@ -25,6 +25,7 @@ CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
 LEAST = 1.5  # [nats] that any other lead gains in the screen
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
+FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -51,7 +52,8 @@ class Competition:
     @property
     def best(self) -> Entry | None:
         """The winner, or None where nothing pays."""
-        return self.entries[0] if self.entries and self.entries[0].gain > THRESHOLD else None
+        first = self.entries[0] if self.entries else None
+        return first if first and first.gain > THRESHOLD + form_floor(first.fit) else None
 
     def share(self, member: tuple[str, str]) -> float:
         """Probability that an (effect, location) is among what is missing."""
@@ -63,6 +65,23 @@ def penalty(problem: Problem, samples: int) -> float:
     """Half of the log of the sample count for each parameter beyond the nominal (BIC) [nats]."""
     count = len(problem.unknowns) - problem.nominal_count
     return 0.5 * count * float(np.log(max(samples, 2)))
+
+
+def form_floor(fit: Fit) -> float:
+    """Nats that the wrong shape of smooth friction may fake.
+
+    Nobody knows how sgn is rounded, in a simulator or a machine; the nuisance has one shape.  Where
+    it is at work, what it gains (half the square of its standard score) bounds what it leaves.
+    """
+    keys = [x.key for x in fit.problem.unknowns]
+    if SMOOTHING not in keys or not np.isfinite(fit.cost):
+        return 0.0
+    k = keys.index(SMOOTHING)
+    normal = fit.jacobian.T @ fit.jacobian
+    scale = 1 / np.sqrt(np.diag(normal) + 1e-300)
+    spread = np.linalg.pinv(normal * scale[:, None] * scale)[k, k] * scale[k] ** 2
+    size = fit.problem.unknowns[k].value(fit.u[k]) / fit.problem.unknowns[k].scale
+    return float(FORM * 0.5 * size**2 / max(spread, 1e-300))
 
 
 def _samples(fit: Fit) -> int:
@@ -230,7 +249,7 @@ def _polished(one: Fit, two: Fit) -> Fit:
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:
     """Whether a second effect gains enough over one."""
     gain = _rank(one) - _rank(two)
-    return gain > max(THRESHOLD, SECOND_SHARE * (base.cost - one.cost))
+    return gain > max(THRESHOLD + form_floor(two), SECOND_SHARE * (base.cost - one.cost))
 
 
 def _probabilities(gains: list[float]) -> tuple[list[float], float]:

@@ -20,6 +20,9 @@ from corexy_fmi.kernel.reference_state import Array, ReferenceState
 EQUATION_1 = np.array([[0.5, 0.5], [0.5, -0.5]])  # x, y over the motors' travel
 
 
+ROUNDED = ((0.0, 1.0), (0.194, 0.596), (0.667, 0.1546))  # lines of smooth Coulomb friction
+
+
 class ReferenceStage(ReferenceState):
     """One lane of the stage, stepped."""
 
@@ -148,8 +151,7 @@ class ReferenceStage(ReferenceState):
         push = h / a["moving"] / (1 + b)
         free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
         smooth = self.nominal["friction_smoothing"] / np.r_[1, 1, np.full(len(c) - 2, self.radius)]
-        share = np.divide(c, c + smooth, out=np.ones_like(c), where=smooth > 0)
-        a["v"] = free - np.clip(share * free, -c, c)
+        a["v"] = free - np.copysign(_friction(np.abs(free), c, smooth), free)
         a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
         a["before"] = before
         a["before"][2:4] = np.where(self.released, before[2:4], a["v"][2:4])
@@ -231,6 +233,17 @@ class ReferenceStage(ReferenceState):
         names = ("x", "y", "ax", "ay", "vx", "vy", "phi1", "phi2", "x_true", "y_true", "V1", "V2")
         values = [*seen, *a["reported_velocity"], *a["q"][2:4], *a["q"][:2], *a["voltage"]]
         return dict(zip(names, map(float, values), strict=True))
+
+
+def _friction(speed: Array, most: Array, smooth: Array) -> Array:
+    """What Coulomb friction takes away of speeds (n,), ``most`` at high ones: the least of four
+    lines of min(x, a + b x, .., 1), x = |v| / v_s, each solved implicitly; set-valued at v_s = 0.
+    """
+    taken = most.copy()
+    for a, b in ROUNDED:
+        gain = np.divide(most * b, smooth + most * b, out=np.ones_like(most), where=smooth > 0)
+        taken = np.minimum(taken, gain * speed + most * a * (1 - gain))
+    return taken
 
 
 def _drive(stage: ReferenceStage, e: Excitation, row: int) -> None:

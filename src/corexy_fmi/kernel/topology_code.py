@@ -139,9 +139,8 @@ def _first_forces(i: int, force: str) -> list[str]:
 
 
 def _idler_step(i: int, force: str) -> list[str]:
-    friction = f"s->slip[{i}][l], s->grip[{i}][l]"
     return [
-        f"v{i} = kicked(v{i}, s->keep[{i}][l], s->push[{i}][l], {force}, {friction});",
+        f"v{i} = kicked_free(s, {i}, l, v{i}, {force});",
         f"s->v[{i}][l] = v{i};",
         f"s->q[{i}][l] = drifted(q{i}, v{i}, half);",
     ]
