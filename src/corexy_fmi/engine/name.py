@@ -107,13 +107,14 @@ def _short(seen: tuple[Lead, Fit]) -> Fit:
     near = lead.borrowed()
     begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
     best = min(begun, key=lambda f: f.cost)
-    return minimise(lead.problem, best.u, SHORT - 1, 0.5, near)
+    return minimise(lead.problem, best.u, SHORT, 0.5)
 
 
 def _shorts(leads: list[Lead], mapper: Mapper) -> list[Fit]:
     """Short fits of the leads that are ahead after a glance, best first; the others as seen."""
     seen = list(zip(leads, mapper(_glance, leads), strict=True))
-    order = sorted(range(len(seen)), key=lambda n: _rank(seen[n][1]))
+    # one step may mislead where much moves at once: the screen's first go on in any case
+    order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, _rank(seen[n][1])))
     ahead = [seen[n] for n in order[:AHEAD]]
     return sorted(mapper(_short, ahead), key=_rank) + [seen[n][1] for n in order[AHEAD:]]
 
