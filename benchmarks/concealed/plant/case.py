@@ -18,10 +18,7 @@ from .world import FILES, World, choose, draw_world, stream
 
 KINDS, SHARES = ("effect", "pair", "null", "outside"), (0.6, 0.1, 0.2, 0.1)
 TARGETS = (150.0, 300.0, 1000.0, 5000.0)
-FILE_LIMIT = (
-    0.6,
-    1.6,
-)  # of the true values: two to three of the standard deviations that a file claims
+FILE_LIMIT = (0.7, 1.45)  # of the true values: about two of the deviations that a file claims
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy as np
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.unknowns import (
+    SMOOTHING,
     Hypothesis,
     Unknown,
     effect_unknowns,
@@ -224,6 +225,8 @@ class Problem:
             elif unknown.wave:
                 turns = float(unknown.value(u[k])) * max(longest, 1.0)
                 steps[k] = min(WAVE_STEP, 0.02 / turns)
+            elif unknown.key == SMOOTHING:
+                steps[k] = 0.2  # where sgn begins to be rounded there is no derivative
             elif "." in unknown.key and not unknown.log:
                 steps[k] = 0.01
             if u[k] + steps[k] > unknown.limits()[1]:
