@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from corexy_fmi.effects import catalogue
-from corexy_fmi.effects.api import Effect, Parameter
+from corexy_fmi.effects.api import DC, STEPPER, Effect, Parameter
 from corexy_fmi.machine import EffectUse, load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle
@@ -25,7 +25,9 @@ from corexy_fmi.simulate import simulate
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, PLOTS = DOCS / "effects.md", DOCS / "images" / "effects"
-MACHINE, SHAPE = "yin2018", Rectangle(0.04, 0.02, 0.04)  # [m], [m/s]
+MACHINE, DC_MACHINE = "yin2018", "yin2018_dc"
+SHAPE = Rectangle(0.04, 0.02, 0.04)  # [m], [m/s]
+SHOWS = 5.0  # [um]
 MICRO = 1e6  # [um/m]
 HEAD = """\
 # The effects
@@ -38,9 +40,9 @@ absent. An effect of your own: [own_effect.md](own_effect.md); how one is chosen
 [engine.md](engine.md).
 
 Each picture shows what the effect adds to the reported position in a rectangle run of
-40 mm x 20 mm at 40 mm/s, on `yin2018` (a surrogate for the paper's lost Table I), at the size
-written beside it. It is what the effect does before anything is retuned: a fit of the nominal
-parameters hides a part of it.
+40 mm x 20 mm at 40 mm/s, on `yin2018` (a surrogate for the paper's lost Table I; effects of a dc
+drive on `yin2018_dc` in its loop), at the size written beside it. It is what the effect does before
+anything is retuned: a fit of the nominal parameters hides a part of it.
 """
 
 
@@ -56,13 +58,25 @@ class Signature:
 def signature(effect: Effect) -> Signature:
     """The effect at its first location, every parameter in the middle of a fit's beginnings.
 
-    A size that works by its inverse takes its largest beginning: the smallest may stall a motor.
+    A size that works by its inverse takes the largest beginning that shows: the smallest may stall
+    a motor.
     """
-    values = {p.name: p.starts[len(p.starts) // 2] for p in effect.parameters}
-    if effect.size.scaling < 0:
-        values[effect.size.name] = max(effect.size.starts)
+    drive = STEPPER if STEPPER in effect.drives else DC
+    values = {
+        p.name: p.starts[len(p.starts) // 2] if drive in p.drives else p.neutral
+        for p in effect.parameters
+    }
+    if effect.size.scaling >= 0:
+        return _signature(effect, values)
+    sizes = sorted(effect.size.starts, reverse=True)
+    tried = [_signature(effect, values | {effect.size.name: size}) for size in sizes]
+    return next((s for s in tried if np.abs(s.change).max() > SHOWS), tried[-1])
+
+
+def _signature(effect: Effect, values: dict[str, float]) -> Signature:
+    """The effect with these parameters, on a machine whose drive knows it."""
     use = EffectUse(effect.name, next(iter(effect.locations)), values)
-    machine = load_machine(MACHINE)
+    machine = load_machine(MACHINE if STEPPER in effect.drives else DC_MACHINE)
     order = command(SHAPE.motion, machine.parameters["pulley_radius"], name="signature")
     bare, with_it = (simulate(m, order) for m in (machine, replace(machine, effects=(use,))))
     change = MICRO * np.array([with_it[c] - bare[c] for c in ("x", "y")])

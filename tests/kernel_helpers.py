@@ -14,6 +14,7 @@ from corexy_fmi.kernel.layout import bundled_layout, nominal_index
 from corexy_fmi.machine import load_machine
 from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import STAGES
+from corexy_fmi.topology.corexy import equivalent_stiffness
 
 MACHINES = ("yin2018", "light_bench", "gt2_printer")
 STEPPER, DC = 0, 1
@@ -97,6 +98,22 @@ FRICTIONLESS = {  # but for the viscous friction of carriage and bridge
     for name in load_machine("yin2018").parameters
     if name.endswith("coulomb_friction") or name == "pulley_viscous_friction"
 }
+
+
+STIFFNESS = 2 * equivalent_stiffness(parameters())  # [N/m] of the stage along x and along y
+QUIET = {n: 0.0 for n in parameters() if n.endswith("friction")}
+DAMPED = {**FRICTIONLESS, "belt_damping_time": 1e-3}
+
+
+def still(rows=3000, step=1e-3, volts=(0.0, 0.0), mode="angles"):
+    """Inputs that do not change."""
+    return Excitation(np.arange(rows) * step, *(np.full(rows, v) for v in volts), mode)
+
+
+def at_rest(effects, rows=3000, channels=("x", "y"), fidelity="full", **nominal):
+    """The last row of a run with motors held at zero."""
+    values = vector(effects=effects, **(nominal or DAMPED))
+    return run(still(rows), values, channels=channels, fidelity=fidelity)[:, -1]
 
 
 @cache

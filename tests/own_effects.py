@@ -54,6 +54,27 @@ def start_axis(position):
     return {"first": position}
 
 
+def start_section(elongation):
+    return {"second": elongation}
+
+
+def torque(rotor_torque, speed, damping_gain, size):
+    return {"rotor_torque": rotor_torque * (1 + size) - size * damping_gain * speed}
+
+
+def stick(bound, applied_force, position, size):
+    return {"bound": bound * (1 - size), "applied_force": applied_force - size * position}
+
+
+def structure(velocity, velocity_before, axis_mass, yaw_torque, spacing, second, elapsed):
+    moved = axis_mass * (velocity - velocity_before) + yaw_torque * spacing
+    return {"second": second + 1e-3 * moved * elapsed}
+
+
+def clock(stamp, size):
+    return {"stamp": stamp * (1 + size)}
+
+
 def command(command, rate, first, size):
     return {"command": command + size * sin(command), "rate": rate * (1 + size), "first": rate}
 
@@ -62,8 +83,8 @@ def transmission(travel, gain, radius, size):
     return {"travel": travel * (1 + size), "gain": gain + radius * size}
 
 
-def shape(elongation, side, size):
-    return {"elongation": elongation * (1 + size * side)}
+def shape(elongation, side, yaw_arm, spacing, size):
+    return {"elongation": elongation * (1 + size * side) + 1e-4 * size * yaw_arm * spacing}
 
 
 def belt(section_stiffness, damping_time, length, centre_length, belt, size):
@@ -99,8 +120,9 @@ def guide(bound, damping, applied_force, velocity, position, moving_mass, now, s
     }
 
 
-def output(position, velocity, acceleration, size):
-    return {"position": position + size * velocity, "acceleration": acceleration * (1 + size)}
+def output(position, velocity, acceleration, across_velocity, size):
+    seen = position + size * velocity - size * across_velocity
+    return {"position": seen, "acceleration": acceleration * (1 + size)}
 
 
 def sensor(x, y, ax, ay, size):
@@ -125,6 +147,11 @@ EFFECT = Effect(
         Law("guide", guide),
         Law("output", output),
         Law("sensor", sensor),
+        Law("start_section", start_section),
+        Law("torque", torque),
+        Law("stick", stick),
+        Law("structure", structure),
+        Law("clock", clock),
     ),
     equation="x",
     citation="none",

@@ -15,7 +15,7 @@ from kernel_helpers import (
 )
 
 from corexy_fmi.effects import catalogue
-from corexy_fmi.kernel.ports import PORTS
+from corexy_fmi.kernel.ports import COMMON, PORTS
 from corexy_fmi.kernel.trace import argument_names
 from corexy_fmi.topology import FULL, STAGES
 
@@ -25,12 +25,41 @@ EACH_PLACE = pytest.mark.parametrize(
     ("effect", "location"), PLACES, ids=lambda v: getattr(v, "name", v)
 )
 MOTORS, AXES = ("motor1", "motor2", "motors"), ("x", "y", "xy")
+BOTH, BELTS, SENSOR = ("motors",), ("belts",), ("sensor",)
 CONTRACT = {  # CONTRACT 5: locations, parameters
     "stribeck_friction": (AXES, ("static_ratio", "speed")),
     "constant_force": (("x", "y"), ("force",)),
+    "presliding_hysteresis": (AXES, ("stiffness",)),
+    "friction_vs_position": (("x", "y"), ("extra", "center", "width")),
+    "load_friction": (AXES, ("coefficient",)),
+    "quadratic_drag": (AXES, ("coefficient",)),
+    "friction_warmup": (AXES, ("extra_ratio", "time_constant")),
     "backlash": (MOTORS, ("gap",)),
     "belt_stiffness_vs_position": (("belts",), ("strength",)),
     "belt_mismatch": (("belts",), ("ratio",)),
+    "belt_slack": (BELTS, ("pretension",)),
+    "belt_damping": (BELTS, ("time",)),
+    "belt_hardening": (BELTS, ("coefficient",)),
+    "belt_relaxation": (BELTS, ("ratio", "time_constant")),
+    "tooth_ripple": (MOTORS, ("amplitude", "phase", "teeth")),
+    "detent_torque": (BOTH, ("torque", "phase")),
+    "microstep_error": (MOTORS, ("amplitude", "phase")),
+    "missed_steps": (("motor1", "motor2"), ("steps", "time")),
+    "winding_lag": (BOTH, ("time_constant",)),
+    "driver_deadband": (BOTH, ("voltage",)),
+    "supply_saturation": (BOTH, ("voltage",)),
+    "torque_ripple": (BOTH, ("ratio", "order", "phase")),
+    "racking": (("bridge",), ("stiffness", "inertia")),
+    "frame_mode": (("frame",), ("mass", "frequency", "damping_ratio")),
+    "cable_drag": (("x", "y"), ("stiffness", "center")),
+    "periodic_disturbance": (
+        ("x", "y", "motor1", "motor2"),
+        ("amplitude", "frequency", "phase"),
+    ),
+    "sensor_lag": (SENSOR, ("time_constant",)),
+    "sensor_rotation": (SENSOR, ("angle",)),
+    "sensor_scale": (SENSOR, ("scale_x", "scale_y")),
+    "clock_drift": (SENSOR, ("ratio",)),
     "pulley_eccentricity": (
         (*MOTORS, *(f"pulley{i}" for i in range(3, 11))),
         ("amplitude", "phase"),
@@ -43,6 +72,26 @@ CONTRACT = {  # CONTRACT 5: locations, parameters
 STATES = ("velocity_reversal", "speed", "position", "motor_angle", "load", "acceleration")
 STATES += ("voltage", "time", "constant")
 UNITS = {"1", "m", "m/s", "N", "N m", "N m s/rad", "rad", "s", "kg", "Hz", "V", "N/m", "N/m^2"}
+UNITS |= {"N s^2/m^2", "N m/rad", "kg m^2"}
+STEPPER_ONLY = {"missed_steps", "microstep_error", "stepper_compliance"}
+DC_ONLY = {"winding_lag", "driver_deadband", "supply_saturation", "torque_ripple"}
+FULL_ONLY = {"racking", "belt_slack", "belt_hardening", "belt_stiffness_vs_position"}
+
+
+def test_the_catalogue_is_the_contracts():
+    """Every effect of CONTRACT 5, and the drives and fidelities of CONTRACT 3."""
+    known = catalogue()
+    assert set(known) == set(CONTRACT)
+    for name, effect in known.items():
+        drives = {"stepper"} if name in STEPPER_ONLY else {"dc"} if name in DC_ONLY else None
+        assert set(effect.drives) == (drives or {"stepper", "dc"})
+        assert ("reduced" in effect.fidelities) == (name not in FULL_ONLY)
+        command_or_sensor = {law.port for law in effect.laws} <= KINEMATIC_PORTS
+        assert ("kinematic" in effect.fidelities) == command_or_sensor
+
+
+KINEMATIC_PORTS = {"start", "command", "transmission", "runout", "contact"}
+KINEMATIC_PORTS |= {"start_sensor", "filter", "sensor", "sampling", "clock"}
 
 
 @pytest.mark.parametrize("name", CONTRACT)
@@ -71,9 +120,10 @@ def test_record_is_complete(effect):
 
 @ALL
 def test_parameters_are_complete(effect):
-    assert sum(p.size for p in effect.parameters) == 1
+    assert effect.sizes
     for p in effect.parameters:
-        assert p.unit in UNITS
+        assert {p.unit, *p.units.values()} <= UNITS
+        assert set(p.units) <= set(effect.locations)
         assert p.lower < p.upper
         assert p.starts
         assert all(p.lower <= start <= p.upper for start in p.starts)
@@ -88,7 +138,7 @@ def test_parameters_are_complete(effect):
 
 @ALL
 def test_laws_read_what_their_port_offers(effect):
-    own = {p.name for p in effect.parameters} | set(effect.memory) | {"now", "step"}
+    own = {p.name for p in effect.parameters} | set(effect.memory) | set(COMMON)
     for law in effect.laws:
         assert set(argument_names(law.function)) <= own | set(PORTS[law.port].variables)
 

@@ -38,7 +38,8 @@ PLACES = [(e.name, place) for e in catalogue().values() for place in e.locations
 
 def with_effect(name: str, location: str) -> Machine:
     """A bundled machine of a drive that knows the effect, with it."""
-    stepper = "stepper" in catalogue()[name].drives
+    exact = name == "periodic_disturbance" and location.startswith("motor")  # no torque turns it
+    stepper = "stepper" in catalogue()[name].drives and not exact
     return replace(machine("yin2018" if stepper else "yin2018_dc"), effects=(use(name, location),))
 
 

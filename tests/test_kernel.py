@@ -68,7 +68,10 @@ def test_reference_and_kernel_agree(case):
     first = bundled_layout().find(name, location).parameter
     values[first : first + len(effect.parameters)] = start_values(effect)
     found = assert_same(bundled_layout(), excitation(dc), values, fidelity=fidelity, dc=dc)
-    assert np.abs(found[:2] - bare).max() > 1e-8, "the effect does nothing on this run"
+    if location.startswith("motor") and not dc and name == "periodic_disturbance":
+        assert np.array_equal(found[:2], bare)  # a torque on a rotor that is held exactly
+    else:
+        assert np.abs(found[:2] - bare).max() > 1e-8, "the effect does nothing on this run"
 
 
 @pytest.mark.parametrize("machine", ["light_bench", "gt2_printer"])

@@ -126,14 +126,16 @@ static void find_motor_torque(stage *s)
     for (int i = 0; i < 2; i++)
         EACH {
             s->torque[i][l] += s->drive == DC ? gain[0][l] * s->applied[i][l] : 0.0;
-            s->force[2 + i][l] += s->torque[i][l];
         }
+    run_port(s, PORT_TORQUE);
+    for (int i = 0; i < 2; i++)
+        EACH s->force[2 + i][l] += s->torque[i][l];
 }
 
 /* the kick of a coordinate whose damping and bound are not the constants of set_kick */
-INLINE double kicked_by(const stage *s, int i, int l, double damping, double bound)
+INLINE double kicked_by(const stage *s, int i, int l, double inverse, double damping, double bound)
 {
-    const double inverse = s->inverse_mass[i][l], h = s->kick_step;
+    const double h = s->kick_step;
     const double b = h * (0.5 * damping * inverse), share = 1.0 / (1.0 + b);
     const double push = h * inverse * share;
     const double slip = push * larger(bound, 0.0);
@@ -148,13 +150,16 @@ static void kick_guides(stage *s, double half)
         EACH {
             s->bound[i][l] = s->bound0[i][l];
             s->damping[i][l] = s->damping0[i][l];
+            s->moving[i][l] = s->mass[i][l];
+            s->across[i][l] = s->force[1 - i][l];
             s->middle_v[i][l] = middle_velocity(s, i, l);
             s->before[i][l] = s->v[i][l];
         }
     run_port(s, PORT_GUIDE);
+    run_port(s, PORT_STICK);
     for (int i = 0; i < 2; i++)
         EACH {
-            const double v = kicked_by(s, i, l, s->damping[i][l], s->bound[i][l]);
+            const double v = kicked_by(s, i, l, 1.0 / s->moving[i][l], s->damping[i][l], s->bound[i][l]);
             s->v[i][l] = v;
             s->q[i][l] = drifted(s->q[i][l], v, half);
         }
@@ -188,7 +193,7 @@ INLINE void kick_motors(stage *s, double half)
         for (int i = 2; i < 4; i++)
             EACH {
                 const double damping = s->damping0[i][l] + s->rotor_damping[i - 2][l];
-                turn_motor(s, i, l, kicked_by(s, i, l, damping, s->bound0[i][l]), half);
+                turn_motor(s, i, l, kicked_by(s, i, l, s->inverse_mass[i][l], damping, s->bound0[i][l]), half);
             }
     else
         for (int i = 2; i < 4; i++)
@@ -208,6 +213,15 @@ INLINE void find_forces(stage *s, table *t)
     kick_free(s, 4, t->coordinates, half);
 }
 
+/* coordinates that effects bring with them; the belts turn the bridge by their pull at its ends */
+static void move_structure(stage *s)
+{
+    EACH s->yaw_torque[0][l] = 0;
+    for (int i = 0; i < s->sections; i++)
+        EACH s->yaw_torque[0][l] -= 0.5 * s->spacing[0][l] * s->yaw_arm[i] * s->tension[i][l];
+    run_port(s, PORT_STRUCTURE);
+}
+
 INLINE void move(stage *s, table *t)
 {
     set_command(s, s->now);
@@ -215,9 +229,10 @@ INLINE void move(stage *s, table *t)
     else t->find_forces(s); /* the same operations in the same order, in registers */
     if (s->has_torque_hooks) find_motor_torque(s);
     if (s->has_free_form) add_free_forms(s);
-    if (hooked(s, PORT_GUIDE)) kick_guides(s, 0.5 * s->step);
+    if (s->has_guide_hooks) kick_guides(s, 0.5 * s->step);
     else kick_free(s, 0, 2, 0.5 * s->step);
     kick_motors(s, 0.5 * s->step);
+    if (hooked(s, PORT_STRUCTURE)) move_structure(s);
 }
 
 /* eq. (1) in place of dynamics; play follows as if the belts pulled at nothing */
@@ -257,7 +272,8 @@ static void follow(stage *s, double end)
 
 static void micro_step(stage *s, double end)
 {
-    s->now = 0.5 * (s->time + end);
+    s->now = s->topology == KINEMATIC ? end : 0.5 * (s->time + end);
+    s->elapsed = s->now - s->begun;
     switch (s->topology) {
     case FULL: move(s, &TOPOLOGIES[FULL]); break;
     case REDUCED: move(s, &TOPOLOGIES[REDUCED]); break;

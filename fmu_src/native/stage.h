@@ -25,19 +25,20 @@ typedef struct {
     int topology, drive, coordinates, sections, pulleys;
     int active_count[PORT_COUNT];
     short active[PORT_COUNT][CALL_COUNT];
-    int has_free_form, has_belt_damping, has_history, has_torque_hooks, belt_hooks;
+    int has_free_form, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks;
     double now, step;            /* middle of the running micro-step [s], its length [s] */
+    double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
     double time;                 /* [s] of the state below */
     double input[2], input_rate[2], input_time; /* commanded angles, ramping from input_time */
     lane parameter[PARAMETER_COUNT];
     lane memory[MEMORY_COUNT + 1];
     /* constants that follow from the parameters */
-    lane radius[1], damping_time[1];
+    lane radius[1], damping_time[1], spacing[1], damping_gain[1], back_emf[1];
     lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
     lane smoothing[COORDINATES]; /* speed scale of Coulomb friction [m/s, rad/s] */
     lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
     lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
-    double belt_sign[SECTIONS], side[SECTIONS];
+    double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
     double kick_step;            /* [s] that the next line is for; 0: none */
     lane keep[COORDINATES], push[COORDINATES], slip[COORDINATES];
     lane round_gain[3][COORDINATES], round_lift[3][COORDINATES]; /* of smooth Coulomb friction */
@@ -50,6 +51,7 @@ typedef struct {
     lane stiffness[SECTIONS], slope[SECTIONS], belt_time[SECTIONS], length[SECTIONS];
     lane offset[2], pull[2], pull_stiffness[2];
     lane force[COORDINATES], bound[2], damping[2], middle_v[COORDINATES];
+    lane moving[2], across[2], yaw_torque[1];
     lane reported[2], reported_velocity[2], reported_acceleration[2], reported_torque[2];
     lane lateness[1];
     /* what the sensor saw, for samples that come late */

@@ -3,32 +3,36 @@
 static int differs(const stage *s, const struct instance *e)
 {
     EACH
-        if (s->parameter[e->parameter + e->size][l] != e->neutral) return 1;
+        if (e->on(s, e->parameter, l)) return 1;
     return 0;
 }
 
 static int place_exists(const stage *s, const struct call *c)
 {
-    if (c->port == PORT_SHAPE || c->port == PORT_BELT || c->port == PORT_TENSION)
+    switch (c->port) {
+    case PORT_START_SECTION: case PORT_SHAPE: case PORT_BELT: case PORT_TENSION:
         return c->place < s->sections;
-    if (c->port == PORT_RUNOUT) return c->place < s->pulleys;
-    return 1;
+    case PORT_RUNOUT: return c->place < s->pulleys;
+    default: return 1;
+    }
 }
 
 static void list_active(stage *s)
 {
     memset(s->active_count, 0, sizeof s->active_count);
     s->has_history = 0;
+    int last = -1, on = 0; /* the calls of an instance stand together */
     for (int n = 0; n < CALL_COUNT; n++) {
         const struct call *c = &CALLS[n];
         const struct instance *e = &INSTANCES[c->instance];
-        if (!differs(s, e) || !place_exists(s, c)) continue;
-        if (!(e->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
+        if (c->instance != last) { last = c->instance; on = differs(s, e); }
+        if (!on || !place_exists(s, c)) continue;
+        if (!(e->drives & c->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;
         if (e->frees_rotor)
             EACH
-                if (s->parameter[e->parameter + e->size][l] != e->neutral) s->released[c->place][l] = 1;
+                if (e->on(s, e->parameter, l)) s->released[c->place][l] = 1;
     }
 }
 
@@ -43,6 +47,7 @@ static void derive_constants(stage *s, table *t)
     for (int i = 0; i < t->sections; i++) {
         s->belt_sign[i] = t->belt_sign[i];
         s->side[i] = t->side[i];
+        s->yaw_arm[i] = t->yaw_arm[i];
         EACH s->belt_time[i][l] = s->damping_time[0][l];
     }
     memcpy(s->stiffness, s->stiffness0, sizeof s->stiffness);
@@ -65,7 +70,8 @@ void stage_derive(stage *s)
             s->has_free_form |= s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE + 1][l] > 0;
     }
     list_active(s);
-    s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR);
+    s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
+    s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK);
     s->belt_hooks = s->has_belt_damping;
     for (int port = PORT_TRANSMISSION; port <= PORT_TENSION; port++) s->belt_hooks |= hooked(s, port);
 }
@@ -111,7 +117,8 @@ static void settle(stage *s)
 /* positions at rest: eq. (1) of the angles and the deflection */
 static void place_at(stage *s, double time, const double *angles, const lane *deflection)
 {
-    s->time = s->now = s->input_time = time;
+    s->time = s->now = s->input_time = s->begun = time;
+    s->elapsed = 0;
     for (int i = 0; i < 2; i++) { s->input[i] = angles[i]; s->input_rate[i] = 0; }
     set_command(s, time);
     for (int i = 0; i < 2; i++)
@@ -159,6 +166,7 @@ void stage_begin(stage *s, double time, const double *angles, const lane *deflec
     if (s->topology == KINEMATIC) place_kinematic(s);
     else {
         find_elongation(s, t);
+        run_port(s, PORT_START_SECTION);
         find_stiffest(s, t);
     }
     find_report(s);

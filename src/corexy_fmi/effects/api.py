@@ -16,6 +16,10 @@ MOTORS = {"motor1": (0,), "motor2": (1,), "motors": (0, 1)}
 BELTS = {"belts": tuple(range(12))}
 SENSOR = {"sensor": (0,)}
 STEPPER, DC = "stepper", "dc"
+EVERYWHERE = ("full", "reduced", "kinematic")
+ROTOR_TEETH = 50  # of a stepper motor with steps of 1.8 degrees: electrical cycles a turn
+TWO_PI = 6.283185307179586
+PHASES = (0.0, TWO_PI / 3, -TWO_PI / 3)  # starts of a phase
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,9 @@ class Parameter:
     ``starts`` are the values from which a fit begins; ``size`` marks the one parameter whose
     neutral value switches the effect off.  ``log`` parameters are fitted on a logarithmic scale.
     ``scaling`` says how a small effect grows with its size: 1 in proportion, -1 as its inverse,
-    0 neither.
+    0 neither.  Where several are marked ``size``, the effect is off with all of them neutral.
+    ``over`` ("time", "position" or "frequency") lets a fit begin all over the range of the
+    recordings instead of at ``starts``; on ``drives`` beside those named it stays as it is.
     """
 
     name: str
@@ -40,6 +46,14 @@ class Parameter:
     scaling: int = 1
     periodic: float = 0.0
     default: float | None = None  # value where a machine file leaves it out; None: must be given
+    over: str = ""
+    local: bool = False  # belongs to one recording: each has its own value
+    drives: tuple[str, ...] = (STEPPER, DC)
+    units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ
+
+    def unit_at(self, location: str) -> str:
+        """The unit at a location."""
+        return self.units.get(location, self.unit)
 
 
 @dataclass(frozen=True)
@@ -49,6 +63,13 @@ class Law:
     port: str
     function: Callable[..., Mapping[str, object]]
     places: tuple[int, ...] | None = None  # where it applies, of the location's; None: everywhere
+    locations: tuple[str, ...] | None = None  # the same by the location's name
+    drives: tuple[str, ...] = (STEPPER, DC)
+
+    def applies(self, location: str, place: int) -> bool:
+        """Whether it acts at a place of a location."""
+        here = self.locations is None or location in self.locations
+        return here and (self.places is None or place in self.places)
 
 
 @dataclass(frozen=True)
@@ -70,16 +91,23 @@ class Effect:
     drives: tuple[str, ...] = (STEPPER, DC)
     fidelities: tuple[str, ...] = ("full", "reduced")
     memory: tuple[str, ...] = ()  # names of the scalars it remembers for each place
+    shared: bool = False  # all places share one memory: a coordinate of its own
     frees_rotor: bool = False  # the motor angle becomes a degree of freedom (stepper)
     history: float = 0.0  # [s] of sensor history that it looks back
-    # square [1/s^2] of its fastest pole, of its parameters, inertia (rotor) and carriage (mass)
+    # square [1/s^2] of its fastest pole, of its parameters, rotor_inertia, carriage and bridge
+    # (moving masses), span_stiffness (of a section beside the bridge) and spacing (of its ends)
     pole: Callable[..., object] | None = None
     claims: Mapping[str, bool] = field(default_factory=dict)  # "odd", "dissipative"
 
     @property
     def size(self) -> Parameter:
         """The parameter whose neutral value switches the effect off."""
-        return next(p for p in self.parameters if p.size)
+        return self.sizes[0]
+
+    @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """All parameters whose neutral values together switch the effect off."""
+        return tuple(p for p in self.parameters if p.size)
 
     def neutral(self) -> dict[str, float]:
         """Parameter values at which the effect is exactly absent."""

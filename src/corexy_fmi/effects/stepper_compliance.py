@@ -5,10 +5,8 @@
 Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994 (50 teeth).
 """
 
-from corexy_fmi.effects.api import STEPPER, Effect, Law, Parameter
+from corexy_fmi.effects.api import ROTOR_TEETH, STEPPER, Effect, Law, Parameter
 from corexy_fmi.kernel.xmath import maximum, sin
-
-ROTOR_TEETH = 50
 
 
 def field(rotor_torque, rotor_damping, angle, command, command_rate, holding_torque, damping):
@@ -20,12 +18,12 @@ def field(rotor_torque, rotor_damping, angle, command, command_rate, holding_tor
     }
 
 
-def pole(holding_torque, damping, inertia):
+def pole(holding_torque, damping, rotor_inertia):
     """Square [1/s^2] of the rotor's natural frequency on its field, or of its damping rate.
 
     Damping is stepped implicitly and may be three times faster than the step resolves.
     """
-    return maximum(ROTOR_TEETH * holding_torque / inertia, (damping / inertia / 4) ** 2)
+    return maximum(ROTOR_TEETH * holding_torque / rotor_inertia, (damping / rotor_inertia / 4) ** 2)
 
 
 EFFECT = Effect(

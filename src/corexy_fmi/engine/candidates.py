@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -32,15 +31,6 @@ def instances(
         and machine.fidelity in i.effect.fidelities
         and i.effect.name not in without
         and (i.effect.name, i.location) not in present
-    ]
-
-
-def starts(instance: Instance) -> list[dict[str, float]]:
-    """Parameter values to begin from: every combination of the declared starts."""
-    names = [p.name for p in instance.effect.parameters]
-    values = [p.starts for p in instance.effect.parameters]
-    return [
-        dict(zip(names, combination, strict=True)) for combination in itertools.product(*values)
     ]
 
 

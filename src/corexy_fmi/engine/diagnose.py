@@ -19,6 +19,7 @@ from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.evidence import Evidence, Finding
 from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.local import last_parts
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.name import Competition, Mapper, compete
 from corexy_fmi.engine.noise import quick_noise, white
@@ -26,7 +27,7 @@ from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.prove import Proof, prove
 from corexy_fmi.engine.rest import restless
-from corexy_fmi.engine.samples import Run, make_run, split_in_time
+from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict, decide
@@ -38,7 +39,6 @@ from corexy_fmi.recording import Recording
 Progress = Callable[[str, float], None]
 EXCESS, WEAK_EXCESS = 1.4, 1.3  # held-out rms over noise that forbids `nothing_missing`
 HIDDEN = 0.5  # [nats] that a longer micro-step may change
-SETTLING_TIME, GAPS = 0.07, 5  # [s] of x in P1 (PHYSICS 5); settling times left out before a split
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def make_runs(
             [make_run(r, machine, "holdout") for r in holdout],
         )
     else:
-        halves = [split_in_time(r, machine, GAPS * SETTLING_TIME) for r in train]
+        halves = [split_in_time(r, machine, GAP) for r in train]
         pairs = [a for a, _ in halves], [b for _, b in halves]
     for run in pairs[0]:
         if not run.samples:
@@ -123,8 +123,15 @@ def _prove(
         "explained": tuned_machine(fit, machine.name),
     }
     train = fit.problem.runs
-    judged = [*train, *(r for r in runs if r.role == "holdout")]
-    return prove(layout, machines, tuple(judged), train, fit.problem.noise)
+    late = last_parts(retuned, fit, runs, machine)
+    own = {
+        (state, role, run.name): tuned_machine(f, machine.name, r)
+        for role, pair in (("train", (retuned, fit)), ("holdout", (late.retuned, late.fit)))
+        for state, f in zip(("retuned", "explained"), pair, strict=True)
+        for r, run in enumerate(f.problem.runs)
+    }
+    judged = (*train, *(r for r in late.kept if r.role == "holdout"))
+    return prove(layout, machines, judged, train, fit.problem.noise, own, late.before)
 
 
 def _guarded(proof: Proof, weak: bool, verdict: Verdict) -> Verdict:

@@ -27,7 +27,8 @@ def covariance(fit: Fit) -> Array:
 
 def _wrapped(unknown: Unknown, value: float) -> float:
     """A phase brought into (-pi, pi]."""
-    return math.remainder(value, 2 * math.pi) if unknown.key.endswith(".phase") else value
+    turns = unknown.key.partition("@")[0].endswith(".phase")
+    return math.remainder(value, 2 * math.pi) if turns else value
 
 
 def interval(fit: Fit, k: int, spread: Array) -> dict[str, object]:
@@ -40,18 +41,23 @@ def interval(fit: Fit, k: int, spread: Array) -> dict[str, object]:
     return {"value": value + shift, "ci95": [low + shift, high + shift]}
 
 
-def tuned_machine(fit: Fit, name: str) -> Machine:
-    """The machine of a fit: nominal parameters retuned, found effects and laws included."""
+def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
+    """The machine of a fit: nominal parameters retuned, found effects and laws included.
+
+    What belongs to one recording has the value of that ``run``.
+    """
     problem = fit.problem
     machine = problem.machine
     parameters, values = dict(machine.parameters), []
     uses: dict[tuple[str, str], dict[str, float]] = {}
     for k, unknown in enumerate(problem.unknowns):
+        if unknown.run not in (None, run):
+            continue
         value = _wrapped(unknown, float(unknown.value(fit.u[k])))
         if unknown.key.startswith("free_form"):
             values.append(value)
         elif "." in unknown.key:
-            effect, location, parameter = unknown.key.split(".")
+            effect, location, parameter = unknown.key.partition("@")[0].split(".")
             uses.setdefault((effect, location), {})[parameter] = value
         else:
             parameters[unknown.key] = value
@@ -91,15 +97,15 @@ def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str,
     instance = next(
         i for i in fit.problem.hypothesis.uses if (i.effect.name, i.location) == (name, location)
     )
-    units = {p.name: p.unit for p in instance.effect.parameters}
+    units = {p.name: p.unit_at(location) for p in instance.effect.parameters}
     table = {}
     for k, unknown in enumerate(fit.problem.unknowns):
-        if unknown.key.startswith(f"{name}.{location}."):
-            parameter = unknown.key.rsplit(".", 1)[1]
+        parameter = unknown.key.removeprefix(f"{name}.{location}.")
+        if parameter != unknown.key:
             entry = interval(fit, k, spread)
             table[parameter] = {
                 "value": entry["value"],
-                "unit": units[parameter],
+                "unit": units[parameter.partition("@")[0]],
                 "ci95": entry["ci95"],
             }
     return table
@@ -109,15 +115,12 @@ def upper_bound(lead: Lead, bound: float) -> dict[str, object]:
     """The ``not_excluded`` entry of a lead; its size is ``bound`` times its start at most."""
     instance = lead.hypothesis.uses[-1]
     size = instance.effect.size
-    start = max(abs(s) for s in size.starts)
+    start, unit = max(abs(s) for s in size.starts), size.unit_at(instance.location)
     if size.scaling < 0:  # the rigid limit is at infinity: bound its inverse
-        value, parameter, unit = bound / start, f"1/{size.name}", f"1/({size.unit})"
+        value, parameter, unit = bound / start, f"1/{size.name}", f"1/({unit})"
     else:
-        value, parameter, unit = (
-            min(size.neutral + bound * abs(start - size.neutral), size.upper),
-            size.name,
-            size.unit,
-        )
+        value = min(size.neutral + bound * abs(start - size.neutral), size.upper)
+        parameter = size.name
     return {
         "name": instance.effect.name,
         "location": instance.location,

@@ -14,14 +14,16 @@ import numpy as np
 
 from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
+from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
-SHORT, FINALISTS, LAWS, MANY = 3, 6, 4, 4
+AHEAD, SHORT, FINALISTS, LAWS = 16, 3, 6, 4
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
-ALWAYS, LEAD_SHARE = 8, 0.02  # leads that are always fitted; share of the best lead's gain
+ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
+LEAST = 1.5  # [nats] that any other lead gains in the screen
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
@@ -59,10 +61,9 @@ class Competition:
         return float(sum(p for e, p in pairs if member in e.hypothesis.key))
 
 
-def penalty(hypothesis: Hypothesis, samples: int) -> float:
-    """Half of the log of the sample count for each parameter (BIC) [nats]."""
-    count = sum(len(i.effect.parameters) for i in hypothesis.uses)
-    count += len(hypothesis.law.knots) if hypothesis.law else 0
+def penalty(problem: Problem, samples: int) -> float:
+    """Half of the log of the sample count for each parameter beyond the nominal (BIC) [nats]."""
+    count = len(problem.unknowns) - problem.nominal_count
     return 0.5 * count * float(np.log(max(samples, 2)))
 
 
@@ -88,20 +89,34 @@ def _samples(fit: Fit) -> int:
 
 
 def _entry(base: Fit, fit: Fit) -> Entry:
-    gain = base.cost - fit.cost - penalty(fit.problem.hypothesis, _samples(fit))
+    gain = base.cost - fit.cost - penalty(fit.problem, _samples(fit))
     return Entry(fit.problem.hypothesis, fit, gain)
 
 
-def _short(lead: Lead) -> Fit:
-    """A short fit from the start that goes furthest in one iteration; more where many are declared.
+def _glance(lead: Lead) -> Fit:
+    """One step from the lead's best start: enough to see who may win.
 
-    The first iterations take the nominal columns of the base's Jacobian for granted.
+    It takes the nominal columns of the base's Jacobian for granted.
     """
-    count = 2 if len(lead.starts) < MANY else 4
+    return minimise(lead.problem, lead.starts[0], 1, 0.5, lead.borrowed())
+
+
+def _short(seen: tuple[Lead, Fit]) -> Fit:
+    """A short fit from the start that goes furthest in one iteration."""
+    lead, first = seen
     near = lead.borrowed()
-    begun = [minimise(lead.problem, start, 1, 0.5, near) for start in lead.starts[:count]]
+    begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
     best = min(begun, key=lambda f: f.cost)
-    return minimise(lead.problem, best.u, SHORT - 1, 0.5, near)
+    return minimise(lead.problem, best.u, SHORT, 0.5)
+
+
+def _shorts(leads: list[Lead], mapper: Mapper) -> list[Fit]:
+    """Short fits of the leads that are ahead after a glance, best first; the others as seen."""
+    seen = list(zip(leads, mapper(_glance, leads), strict=True))
+    # one step may mislead where much moves at once: the screen's first go on in any case
+    order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, _rank(seen[n][1])))
+    ahead = [seen[n] for n in order[:AHEAD]]
+    return sorted(mapper(_short, ahead), key=_rank) + [seen[n][1] for n in order[AHEAD:]]
 
 
 def _full(fit: Fit) -> Fit:
@@ -112,16 +127,12 @@ def _full(fit: Fit) -> Fit:
 def _thin(leads: list[Lead], floor: float) -> list[Lead]:
     """The catalogued leads worth a fit, and the best free-form laws.
 
-    A lead is kept above ``floor`` nats and a share of the best one's gain; the first few always,
-    and those whose size has no linear limit (their linear gain says little).
+    A lead is kept above ``floor`` nats and a share of the best one's gain; the first few always.
     """
     named = [lead for lead in leads if not lead.hypothesis.law]
-    least = max(floor, LEAD_SHARE * named[0].gain) if named else floor
+    least = max(floor, LEAST, LEAD_SHARE * named[0].gain) if named else floor
     kept = [
-        lead
-        for n, lead in enumerate(named)
-        if lead.gain >= least
-        or (floor == 0 and (n < ALWAYS or lead.hypothesis.uses[-1].effect.size.log))
+        lead for n, lead in enumerate(named) if lead.gain >= least or (floor == 0 and n < ALWAYS)
     ]
     return kept + [lead for lead in leads if lead.hypothesis.law][:LAWS]
 
@@ -138,7 +149,7 @@ def _round(
     rest: list[Fit] = []
     for start in [base, *_bleached(base)]:
         leads = _thin(screen(start, candidates, mapper), floor)
-        shorts = sorted(mapper(_short, leads), key=_rank)
+        shorts = _shorts(leads, mapper)
         going = _contenders(start, shorts[:finalists])
         finals += going
         rest += shorts[len(going) :] if start is base else []
@@ -170,7 +181,7 @@ def _unique(fits: list[Fit]) -> list[Fit]:
 
 
 def _rank(fit: Fit) -> float:
-    return fit.cost + penalty(fit.problem.hypothesis, _samples(fit))
+    return fit.cost + penalty(fit.problem, _samples(fit))
 
 
 def repolish(base: Fit, winner: Fit) -> Fit:
@@ -185,11 +196,13 @@ def repolish(base: Fit, winner: Fit) -> Fit:
 def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
     """The fit's effects with each other single candidate."""
     own = first.problem.hypothesis.uses
-    names = {i.effect.name for i in own}
+    names, free = {i.effect.name for i in own}, any(i.effect.frees_rotor for i in own)
     return [
         Hypothesis((*own, *s.uses))
         for s in singles
-        if s.uses and s.uses[0].effect.name not in names
+        if s.uses
+        and s.uses[0].effect.name not in names
+        and not (s.uses[0].effect.frees_rotor and free)  # both would bring the same spring
     ]
 
 

@@ -7,8 +7,10 @@ the channels are projected out, so that they cost no unknowns.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,12 +27,14 @@ from corexy_fmi.engine.unknowns import (
     write_law,
 )
 from corexy_fmi.kernel.call import Array, run_lanes, step_limit
-from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import REDUCED
 
 STEP = 1e-3  # finite difference on the internal scale
+SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
+WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
@@ -41,13 +45,40 @@ def deflection_scale(machine: Machine) -> float:
     return 0.5 * float(max(constants.coulomb[:2])) / (2 * float(constants.stiffness[0])) + 1e-9
 
 
+def _write_defaults(base: Array, instance: Instance) -> None:
+    """What this drive does not fit stands at its default."""
+    for k, p in enumerate(instance.effect.parameters):
+        if p.default is not None:
+            base[instance.parameter + k] = p.default
+
+
+def _needed(layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis) -> float:
+    """Micro-step [s] that the quickest of the effects' starts needs; infinite without such."""
+    sets: list[Array] = []
+    for instance in hypothesis.uses:
+        values = [p.starts for p in instance.effect.parameters]
+        quick = instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)
+        for row in itertools.islice(itertools.product(*values), 24) if quick else ():
+            sets.append(base.copy())
+            sets[-1][instance.parameter : instance.parameter + len(row)] = row
+    found = [_step_limit(layout, v.tobytes(), machine.fidelity, machine.drive) for v in sets]
+    return min(found, default=float("inf"))
+
+
+@lru_cache(maxsize=4096)
+def _step_limit(layout: Layout, vector: bytes, fidelity: str, drive: str) -> float:
+    values = np.frombuffer(vector)
+    return step_limit(layout, values, fidelity=fidelity, dc=drive == "dc")
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A machine, runs with their noise, and a hypothesis.
 
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
-    ``limit`` is the micro-step [s]: the machine file's for all sets of a fit, so that none of them
-    slows the others down, ``coarse`` times as long; 0, each machine's own, where pinned.
+    ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
+    effects need where they begin; 0, each machine's own, where pinned.  ``coarse`` lengthens the
+    machine's.
     """
 
     layout: Layout
@@ -67,22 +98,28 @@ class Problem:
         free = frees_rotor([i.effect for i in self.hypothesis.uses])
         unknowns = [] if self.pinned else nominal_unknowns(self.machine, free)
         base = machine_vector(self.machine, self.layout)
+        names = [run.name for run in self.runs]
         for instance in self.hypothesis.uses:
-            unknowns += effect_unknowns(instance)
+            unknowns += effect_unknowns(instance, self.machine.drive, names)
+            _write_defaults(base, instance)
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
             unknowns += law_unknowns(self.layout, self.hypothesis.law)
         object.__setattr__(self, "unknowns", tuple(unknowns))
         object.__setattr__(self, "base", base)
-        dc = self.machine.drive == "dc"
-        limit = step_limit(self.layout, base, fidelity=self.machine.fidelity, dc=dc)
-        object.__setattr__(self, "limit", 0.0 if self.pinned else self.coarse * limit)
+        limit = 0.0 if self.pinned else self._limit(base)
+        object.__setattr__(self, "limit", limit)
         std = np.array(
             [u.prior_std for u in unknowns] + ([1.0, 1.0, np.inf][: self.own]) * len(self.runs)
         )
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
         )
+
+    def _limit(self, base: Array) -> float:
+        own = _step_limit(self.layout, base.tobytes(), self.machine.fidelity, self.machine.drive)
+        needed = _needed(self.layout, self.machine, base, self.hypothesis)
+        return max(min(self.coarse * own, needed), own / SHORTEST)
 
     @property
     def size(self) -> int:
@@ -103,11 +140,12 @@ class Problem:
         """Number of nominal unknowns; they come first."""
         return sum("." not in u.key for u in self.unknowns)
 
-    def vectors(self, u: Array) -> Array:
-        """Kernel parameter vectors (sets, n) of internal vectors (sets, size)."""
+    def vectors(self, u: Array, run: int) -> Array:
+        """Kernel parameter vectors (sets, n) of internal vectors (sets, size) in a run."""
         result = np.repeat(self.base[None], len(u), axis=0)
         for k, unknown in enumerate(self.unknowns):
-            result[:, unknown.index] = unknown.value(u[:, k])
+            if unknown.run in (None, run):
+                result[:, unknown.index] = unknown.value(u[:, k])
         return result
 
     def deflections(self, u: Array, run: int) -> Array:
@@ -121,7 +159,7 @@ class Problem:
         return run_lanes(
             self.layout,
             r.excitation,
-            self.vectors(u),
+            self.vectors(u, run),
             fidelity=self.machine.fidelity,
             dc=self.machine.drive == "dc",
             deflection=self.deflections(u, run),
@@ -142,7 +180,8 @@ class Problem:
             white = noise.whiten(e, samples.breaks)
             one = noise.whiten(np.ones((1, e.shape[1])), samples.breaks)[0]
             one /= np.linalg.norm(one)
-            parts.append(white - (white @ one)[:, None] * one)
+            with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
+                parts.append(white - (white @ one)[:, None] * one)
         return np.concatenate(parts, axis=1)
 
     def residual(self, u: Array) -> Array:
@@ -156,14 +195,15 @@ class Problem:
         Where ``borrowed`` is given, only its columns that are NaN are computed.
         """
         wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
-        common, steps, at = len(self.unknowns), self._steps(u), 0
+        steps, at = self._steps(u), 0
         result = np.concatenate([np.zeros((len(residual) - self.size, self.size)),
                                  np.diag(self.prior[1])])  # fmt: skip
         if borrowed is not None:
             result[:, ~wanted] = borrowed[:, ~wanted]
         for r, run in enumerate(self.runs):
             first = self.first_own(r)
-            own = np.array([*range(common), *range(first, first + self.own)])
+            moved = [k for k, x in enumerate(self.unknowns) if x.run in (None, r)]
+            own = np.array([*moved, *range(first, first + self.own)])
             columns = own[wanted[own]]
             if len(columns):
                 sets = np.repeat(u[None], len(columns), axis=0)
@@ -177,10 +217,14 @@ class Problem:
     def _steps(self, u: Array) -> Array:
         """Step of each difference, turned inwards at an upper bound."""
         steps = np.full(self.size, STEP)
+        longest = max(float(np.ptp(run.excitation.time)) for run in self.runs)
         steps[len(self.unknowns) :] = 0.02
         for k, unknown in enumerate(self.unknowns):
             if "free_form" in unknown.key:
                 steps[k] = 0.02
+            elif unknown.wave:
+                turns = float(unknown.value(u[k])) * max(longest, 1.0)
+                steps[k] = min(WAVE_STEP, 0.02 / turns)
             elif unknown.key == SMOOTHING:
                 steps[k] = 0.2  # where sgn begins to be rounded there is no derivative
             elif "." in unknown.key and not unknown.log:

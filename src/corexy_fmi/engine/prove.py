@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,6 +46,25 @@ def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...])
     problem = Problem(layout, machine, (run,), (noise,), pinned=True)
     fit = minimise(problem, start(problem), 6)
     errors = [e[0] - e[0].mean() for e in problem.errors(fit.u[None], 0)]
+    return Replay(run, tuple(errors), fit)
+
+
+def follow_up(
+    layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...], before: Run
+) -> Replay:
+    """Replay the last part of a recording with the nuisances of its first part ``before``.
+
+    An offset fitted to the last part alone would hide what happened between the two.
+    """
+    first = replay(layout, machine, before, noise).fit
+    problem = replace(first.problem, runs=(run,))
+    offsets = [float(e.mean()) for e in first.problem.errors(first.u[None], 0)]
+    errors = [e[0] - o for e, o in zip(problem.errors(first.u[None], 0), offsets, strict=True)]
+    parts = [
+        n.whiten(e[None], s.breaks)[0] for e, s, n in zip(errors, run.samples, noise, strict=True)
+    ]
+    residual = np.concatenate([*parts, np.zeros(problem.size)])
+    fit = Fit(problem, first.u, 0.5 * float(residual @ residual), residual)
     return Replay(run, tuple(errors), fit)
 
 
@@ -98,13 +118,26 @@ def prove(
     runs: tuple[Run, ...],
     train: tuple[Run, ...],
     noise: tuple[tuple[Noise, ...], ...],
+    own: Mapping[tuple[str, str, str], Machine] | None = None,
+    before: Mapping[str, Run] | None = None,
 ) -> Proof:
-    """Replay nominal, retuned and explained machine on every run."""
+    """Replay nominal, retuned and explained machine on every run.
+
+    ``own`` holds the machines of single runs by state, role and name of the run; ``before`` the
+    first part of a recording whose last part is held out, by name.
+    """
+
+    def one(state: str, run: Run, n: tuple[Noise, ...]) -> Replay:
+        machine = (own or {}).get((state, run.role, run.name), machines[state])
+        if run.role == "holdout" and before and run.name in before:
+            return follow_up(layout, machine, run, n, judged(before[run.name], train))
+        return replay(layout, machine, run, n)
+
     runs = tuple(judged(run, train) for run in runs)
     models = [channel_noise(train, noise, run) for run in runs]
     replays = {
-        state: tuple(replay(layout, machine, run, n) for run, n in zip(runs, models, strict=True))
-        for state, machine in machines.items()
+        state: tuple(one(state, run, n) for run, n in zip(runs, models, strict=True))
+        for state in machines
     }
     std = tuple(tuple(n.marginal for n in model) for model in models)
     return Proof(runs, replays, std)

@@ -11,6 +11,7 @@ from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 from corexy_fmi.simulate import excitation
 
+GAP = 5 * 0.07  # [s] left out before a split: five settling times of x in P1 (PHYSICS 5)
 OUTPUT_OF = {
     "x": "x",
     "y": "y",

@@ -1,7 +1,8 @@
 """Score test: what each hypothesis would gain, from its signature at the retuned machine.
 
 One lane for each start of each candidate; the signature is projected off all that retuning can
-do, and regressed on the residual.  It orders the candidates and gives their fits a start.
+do, and regressed on the residual.  Starts that differ by a phase alone span one wave, whose size
+and phase follow at once.  It orders the candidates and gives their fits a start.
 """
 
 from __future__ import annotations
@@ -10,11 +11,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from corexy_fmi.engine.candidates import starts
+from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.signature import TRIED, changes, gain_many, row_of, scores
+from corexy_fmi.engine.spread import Spread, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
+
+KEPT, WORTH = 4, 0.3  # starts that a lead offers at most; share of the best one's gain
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +50,6 @@ class Lead:
         return result
 
 
-@dataclass(frozen=True, eq=False)
-class _Probe:
-    """Internal vectors (sets, size) of one lead before their signatures are known."""
-
-    problem: Problem
-    vectors: Array
-    neutral: Array
-
-
 def _embed(base: Fit, problem: Problem) -> Array:
     """The base fit's u in a problem that has more unknowns; the new ones at zero."""
     old = {x.key: base.u[k] for k, x in enumerate(base.problem.unknowns)}
@@ -61,122 +57,54 @@ def _embed(base: Fit, problem: Problem) -> Array:
     return np.concatenate([u, base.u[len(base.problem.unknowns) :]])
 
 
-def _probe(base: Fit, hypothesis: Hypothesis, problem: Problem) -> _Probe:
+def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered: Spread) -> Lead:
     u = _embed(base, problem)
-    keys = [x.key for x in problem.unknowns]
     if hypothesis.law:
-        own = [k for k, key in enumerate(keys) if key.startswith("free_form")]
-        vectors = np.repeat(u[None], len(own), axis=0)
-        vectors[np.arange(len(own)), own] = 1.0
-        return _Probe(problem, vectors, u)
+        return _law_lead(base, hypothesis, problem, u, q)
     instance = hypothesis.uses[-1]
-    prefix = f"{instance.effect.name}.{instance.location}."
-    rows = []
-    for values in starts(instance):
-        row = u.copy()
-        for name, value in values.items():
-            k = keys.index(prefix + name)
-            row[k] = problem.unknowns[k].internal(value)
-        rows.append(row)
-    return _Probe(problem, np.array(rows), u)
+    local = any(p.local for p in instance.effect.parameters)
+    found = (by_run if local else scores)(base, problem, instance, u, q, offered)
+    starts = np.array([row_of(problem, u, instance, s.values) for s in found[: 2 * TRIED]])
+    gains = _reach(base, problem, starts, q)
+    order = np.argsort(-gains, kind="stable")[:KEPT]
+    top = float(gains[order[0]])
+    kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
+    linear = max(found[0].gain, top)
+    bound = max(score.bound for score in found)
+    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base, bound)
 
 
-def _gain_one(residual: Array, change: Array) -> tuple[float, float]:
-    """Gain [nats] and factor of one signature."""
-    power = float(change @ change)
-    factor = -float(residual @ change) / power if power > 1e-12 else 0.0
-    return 0.5 * factor**2 * power, factor
+def _law_lead(base: Fit, hypothesis: Hypothesis, problem: Problem, u: Array, q: Array) -> Lead:
+    """A free-form law: all of its values at once."""
+    own = [k for k, x in enumerate(problem.unknowns) if x.key.startswith("free_form")]
+    vectors = np.repeat(u[None], len(own), axis=0)
+    vectors[np.arange(len(own)), own] = 1.0
+    gain, factors = gain_many(base.residual, changes(base, problem, vectors, q))
+    start = u.copy()
+    start[own] = np.clip(factors, -100, 100)
+    return Lead(hypothesis, problem, gain, (start,), base)
 
 
-def _gain_many(residual: Array, changes: Array) -> tuple[float, Array]:
-    """Gain and factors of several signatures (sets, samples) together, lightly ridged."""
-    normal = changes @ changes.T
-    ridge = 1e-6 * np.trace(normal) / len(normal) + 1e-9
-    factors = -np.linalg.solve(normal + ridge * np.eye(len(normal)), changes @ residual)
-    fitted = residual + factors @ changes
-    return 0.5 * float(residual @ residual - fitted @ fitted), factors
-
-
-def _changes(base: Fit, probe: _Probe, q: Array) -> Array:
-    """Change of the residual (sets, samples + base size) by each probe, off the base's reach."""
-    problem, count = probe.problem, sum(r.count for r in probe.problem.runs)
-    white = problem.residual(probe.vectors)[:, :count]
-    change = np.zeros((len(white), len(base.residual)))
-    change[:, :count] = white - base.residual[:count]
-    return change - (change @ q) @ q.T
-
-
-def _scaled(probe: _Probe, row: Array, factor: float, hypothesis: Hypothesis) -> Array:
-    """A start whose size follows the linear estimate, kept within a factor of thirty."""
-    effect = hypothesis.uses[-1].effect
-    keys = [x.key for x in probe.problem.unknowns]
-    k = next(
-        i
-        for i, key in enumerate(keys)
-        if key.endswith(f"{hypothesis.uses[-1].location}.{effect.size.name}")
-        and key.startswith(effect.name)
-    )
-    unknown, start = probe.problem.unknowns[k], row.copy()
-    if unknown.log:
-        growth = float(np.clip(factor, 0.02, 50.0)) ** effect.size.scaling
-        start[k] = unknown.internal(float(unknown.value(row[k])) * growth)
-    else:
-        start[k] = unknown.internal(
-            unknown.centre + float(np.clip(factor, -30, 30)) * row[k] * unknown.scale
-        )
-    low, high = probe.problem.limits()
-    return np.clip(start, low, high)
-
-
-def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array) -> Lead:
-    probe = _probe(base, hypothesis, problem)
-    changes = _changes(base, probe, q)
-    if hypothesis.law:
-        gain, factors = _gain_many(base.residual, changes)
-        start = probe.neutral.copy()
-        own = [k for k, x in enumerate(problem.unknowns) if x.key.startswith("free_form")]
-        start[own] = np.clip(factors, -100, 100)
-        return Lead(hypothesis, problem, gain, (start,), base)
-    scored, bound = [], 0.0
-    positive = hypothesis.uses[-1].effect.size.lower >= 0
-    for row, change in zip(probe.vectors, changes, strict=True):
-        gain, factor = _gain_one(base.residual, change)
-        bound = max(bound, abs(factor) + 1.645 / max(float(np.linalg.norm(change)), 1e-9))
-        if positive and factor <= 0:
-            gain, factor = 0.0, 0.05
-        scored.append((gain, _scaled(probe, row, factor, hypothesis)))
-    linear = max(gain for gain, _ in scored)
-    if any(p.periodic for p in hypothesis.uses[-1].effect.parameters):
-        linear = max(linear, _gain_many(base.residual, changes)[0])
-    reached, order = _reach(base, problem, np.array([start for _, start in scored]), q)
-    return Lead(
-        hypothesis, problem, max(linear, reached), tuple(scored[n][1] for n in order), base, bound
-    )
-
-
-def _reach(base: Fit, problem: Problem, starts: Array, q: Array) -> tuple[float, list[int]]:
-    """Gain [nats] of the best start as it is, nominal parameters retuned linearly; best first."""
+def _reach(base: Fit, problem: Problem, starts: Array, q: Array) -> Array:
+    """Gain [nats] (sets,) of each start as it is, nominal parameters retuned linearly."""
     count = sum(r.count for r in problem.runs)
     with np.errstate(over="ignore", invalid="ignore"):
         white = np.zeros((len(starts), len(base.residual)))
         white[:, :count] = problem.residual(starts)[:, :count]
         left = white - (white @ q) @ q.T
         costs = 0.5 * np.sum(left**2, axis=1)
-    costs = np.where(np.isfinite(costs), costs, np.inf)
     own = base.residual - q @ (q.T @ base.residual)
-    return 0.5 * float(own @ own) - float(costs.min()), [
-        int(n) for n in np.argsort(costs, kind="stable")
-    ]
+    return 0.5 * float(own @ own) - np.where(np.isfinite(costs), costs, np.inf)
 
 
 def screen(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:
     """Every candidate's lead, best first; ``mapper`` may be an executor's map."""
     q, _ = np.linalg.qr(base.jacobian)
-    first = base.problem
+    first, offered = base.problem, spread(base)
 
     def one(hypothesis: Hypothesis) -> Lead:
         problem = replace(first, hypothesis=hypothesis)
-        return _lead(base, hypothesis, problem, q)
+        return _lead(base, hypothesis, problem, q, offered)
 
     leads = list(mapper(one, candidates))  # type: ignore[operator]
     return sorted(leads, key=lambda lead: -lead.gain)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +46,8 @@ class Unknown:
     log: bool
     bounds: tuple[float, float]
     prior_std: float = math.inf
+    wave: bool = False  # a count or frequency of waves: valleys of the fit are narrow
+    run: int | None = None  # the one run that it belongs to; None: all
 
     def value(self, u: Array | float) -> Array:
         """Physical value at u."""
@@ -134,12 +137,22 @@ def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> U
     if log and parameter.lower <= 0:
         bounds = (parameter.upper * 1e-6, parameter.upper)
     key = f"{instance.effect.name}.{instance.location}.{parameter.name}"
-    return Unknown(key, instance.parameter + k, centre, scale, log, bounds)
+    wave = log and not parameter.size and any(p.periodic for p in instance.effect.parameters)
+    return Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave)
 
 
-def effect_unknowns(instance: Instance) -> list[Unknown]:
-    """The parameters of one effect at one location."""
-    return [_effect_unknown(instance, k, p) for k, p in enumerate(instance.effect.parameters)]
+def effect_unknowns(instance: Instance, drive: str, runs: Sequence[str]) -> list[Unknown]:
+    """The parameters that one effect at one location has with a drive.
+
+    What belongs to one recording is there once for each of ``runs``, as ``key@run``.
+    """
+    found = []
+    for k, p in enumerate(instance.effect.parameters):
+        if drive in p.drives:
+            one = _effect_unknown(instance, k, p)
+            each = [replace(one, key=f"{one.key}@{name}", run=r) for r, name in enumerate(runs)]
+            found += each if p.local else [one]
+    return found
 
 
 def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:

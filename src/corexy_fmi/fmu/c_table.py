@@ -20,7 +20,7 @@ struct claim { const char *name; int parameter; double neutral; int drives, fide
 def variables_header(table: Sequence[Variable], layout: Layout, guid: str) -> str:
     """The header's text."""
     first = next(i for i, v in enumerate(table) if v.role == "parameter")
-    claims = [_claim(table[first:], instance) for instance in layout.instances]
+    claims = [row for instance in layout.instances for row in _claims(table[first:], instance)]
     sizes = {"VARIABLE_COUNT": len(table), "FIRST_PARAMETER": first, "CLAIM_COUNT": len(claims)}
     return "\n".join(
         [
@@ -56,13 +56,17 @@ def _number(value: float) -> str:
     return repr(float(value))
 
 
-def _claim(parameters: Sequence[Variable], instance: Instance) -> str:
-    """An idler's effect needs the fidelity that has idlers."""
+def _claims(parameters: Sequence[Variable], instance: Instance) -> list[str]:
+    """A row for each size; an idler's effect needs the fidelity that has idlers."""
     effect = instance.effect
-    place = instance.parameter + [p.name for p in effect.parameters].index(effect.size.name)
     idler = instance.location.startswith("pulley")
     known = [f for f in effect.fidelities if f == "full" or not idler]
     drives = sum(1 << i for i, drive in enumerate(DRIVES) if drive in effect.drives)
     fidelities = sum(1 << i for i, fidelity in enumerate(STAGES) if fidelity in known)
-    name = json.dumps(parameters[place].name)
-    return f"    {{{name}, {place}, {effect.size.neutral!r}, {drives}, {fidelities}}},"
+    rows = []
+    for k, p in enumerate(effect.parameters):
+        if p.size:
+            place = instance.parameter + k
+            name = json.dumps(parameters[place].name)
+            rows.append(f"    {{{name}, {place}, {p.neutral!r}, {drives}, {fidelities}}},")
+    return rows

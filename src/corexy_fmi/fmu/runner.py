@@ -11,11 +11,12 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.fmu.session import Session, unpacked
 from corexy_fmi.fmu.variables import machine_table
 from corexy_fmi.kernel.call import Array, Excitation
+from corexy_fmi.kernel.clock import clocked, restamp
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.machine.check import machine_from
 from corexy_fmi.recording import Recording
-from corexy_fmi.simulate import excitation
+from corexy_fmi.simulate import excitation, machine_vector
 
 ANGLES, VOLTAGES, RATES = ("phi1", "phi2"), ("V1", "V2"), ("phi1_rate", "phi2_rate")
 OUTPUTS = ("x", "y", "vx", "vy", "ax", "ay", "phi1_meas", "phi2_meas")
@@ -39,6 +40,9 @@ def run_fmu(fmu: Path, recording: Recording, machine: Machine | None = None) -> 
         values = {} if machine is None else parameter_values(machine)
         with Session(fmu, folder) as session:
             outputs, volts = _run(session, drive, values)
+    layout = bundled_layout()
+    vector = machine_vector(chosen, layout)[None]
+    restamp(layout, vector, recording.time, OUTPUTS, outputs[None])  # not the FMU's to do
     given = {n: v for n, v in recording.channels.items() if n in (*ANGLES, *VOLTAGES)}
     if drive.mode == "closed_loop":
         given |= dict(zip(VOLTAGES, volts, strict=True))
@@ -47,7 +51,10 @@ def run_fmu(fmu: Path, recording: Recording, machine: Machine | None = None) -> 
 
 
 def carried_machine(folder: Path, name: str) -> Machine:
-    """The machine in an unpacked FMU, without its effects; raises InputError without one."""
+    """The machine in an unpacked FMU, of its effects only a wrong clock.
+
+    Raises InputError without one.
+    """
     path = folder / "resources" / "machine.toml"
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -55,7 +62,8 @@ def carried_machine(folder: Path, name: str) -> Machine:
         raise InputError(
             f"{name}: no resources/machine.toml, expected an FMU of this project"
         ) from error
-    document.pop("effects", None)
+    clocks = {i.effect.name for i in clocked(bundled_layout())}
+    document["effects"] = [e for e in document.get("effects", []) if e.get("name") in clocks]
     return machine_from(document, f"{name}: resources/machine.toml", name)
 
 

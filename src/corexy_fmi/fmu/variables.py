@@ -99,7 +99,7 @@ def _effect(instance: Instance) -> Iterator[Variable]:
             _meaning(instance, p),
             "parameter",
             instance.parameter + k,
-            unit=p.unit,
+            unit=p.unit_at(instance.location),
             lower=p.lower,
             upper=p.upper,
             neutral=p.neutral,

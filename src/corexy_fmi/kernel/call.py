@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from corexy_fmi.kernel.clock import restamp
 from corexy_fmi.kernel.compiler import kernel_library
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.topology import STAGES
@@ -151,6 +152,7 @@ def run_lanes(
     for first in range(0, blocks * width, width):
         take = np.minimum(np.arange(first, first + width), sets - 1)
         run.block(parameters[take], shift[take], out[first : first + width])
+    restamp(layout, parameters, excitation.time, channels, out[:sets])
     return out[:sets]
 
 

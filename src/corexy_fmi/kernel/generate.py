@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from corexy_fmi.effects.api import DC, STEPPER
-from corexy_fmi.kernel.law_code import law_code, size_place
+from corexy_fmi.kernel.law_code import law_code, on_code, on_expression
 from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, Instance, Layout
-from corexy_fmi.kernel.ports import PORTS
+from corexy_fmi.kernel.ports import HOST, PORTS
 from corexy_fmi.kernel.topology_code import topology_code
 from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
 from corexy_fmi.parameters import NOMINAL
@@ -20,12 +20,11 @@ STRUCTS = """\
 struct call {
     int port;
     void (*law)(stage *, int, int, int);
-    int parameter, memory, place, instance;
+    int parameter, memory, place, drives, instance;
 };
 struct instance {
-    int parameter, size;
-    double neutral;
-    int frees_rotor, history, drives, fidelities;
+    int (*on)(const stage *, int, int);
+    int parameter, frees_rotor, history, drives, fidelities;
 };
 """
 
@@ -57,9 +56,9 @@ def _calls(instance: Instance) -> list[str]:
     effect, rows = instance.effect, []
     for index, law in enumerate(effect.laws):
         for position, place in enumerate(instance.places):
-            if law.places is None or place in law.places:
-                memory = instance.memory + position * len(effect.memory)
-                where = f"{instance.parameter}, {memory}, {place}"
+            if law.port not in HOST and law.applies(instance.location, place):
+                memory = instance.memory + instance.memory_step * position
+                where = f"{instance.parameter}, {memory}, {place}, {_drives(law.drives)}"
                 rows.append(f"PORT_{law.port.upper()}, {effect.name}_{index}, {where}")
     return rows
 
@@ -69,18 +68,22 @@ def _call_table(layout: Layout) -> str:
     return f"static const struct call CALLS[] = {{\n{''.join(rows)}}};\n"
 
 
+def _drives(drives: tuple[str, ...]) -> int:
+    """Drives as a mask."""
+    return sum(1 << i for i, drive in enumerate((STEPPER, DC)) if drive in drives)
+
+
 def _instance_row(instance: Instance) -> str:
     effect = instance.effect
     values = (
+        f"{effect.name}_on",
         instance.parameter,
-        size_place(effect),
-        effect.size.neutral,
         int(effect.frees_rotor),
         int(effect.history > 0),
-        sum(1 << i for i, drive in enumerate((STEPPER, DC)) if drive in effect.drives),
+        _drives(effect.drives),
         sum(1 << i for i, fidelity in enumerate(STAGES) if fidelity in effect.fidelities),
     )
-    row = ", ".join(map(repr, values))
+    row = ", ".join(map(str, values))
     return f"    {{{row}}}, /* {effect.name} {instance.location} */\n"
 
 
@@ -96,13 +99,15 @@ def _pole_lines(instance: Instance) -> str:
         return ""
     places = {p.name: instance.parameter + k for k, p in enumerate(effect.parameters)}
     bound = {name: f"s->parameter[{place}][l]" for name, place in places.items()}
-    bound |= {"carriage": "s->mass[0][l]", "inertia": "s->mass[2][l]"}
+    bound |= {"carriage": "s->mass[0][l]", "bridge": "s->mass[1][l]"}
+    bound |= {"rotor_inertia": "s->mass[2][l]", "span_stiffness": "s->stiffness0[1][l]"}
+    bound |= {"spacing": "s->spacing[0][l]"}
     arguments = argument_names(effect.pole)
     lines, results = c_statements({"pole": effect.pole(**symbols(arguments))})
     reads = [f"const double {n} = {bound[n]};" for n in arguments]
     body = [*reads, *lines, f"square = larger(square, {results['pole']});"]
     code = "".join(f"        {line}\n" for line in body)
-    return f"    if ({bound[effect.size.name]} != {effect.size.neutral!r}) {{\n{code}    }}\n"
+    return f"    if ({on_expression(effect, str(instance.parameter))}) {{\n{code}    }}\n"
 
 
 def _pole_code(layout: Layout) -> str:
@@ -124,6 +129,8 @@ def _constants(layout: Layout) -> str:
 def generated_header(layout: Layout) -> str:
     """stage_generated.h: laws, topologies, tables."""
     effects = {i.effect.name: i.effect for i in layout.instances}
-    laws = [law_code(e, law, n) for e in effects.values() for n, law in enumerate(e.laws)]
+    laws = [on_code(e) for e in effects.values()]
+    numbered = [(e, n, law) for e in effects.values() for n, law in enumerate(e.laws)]
+    laws += [law_code(e, law, n) for e, n, law in numbered if law.port not in HOST]
     tables = [STRUCTS, _call_table(layout), _instance_table(layout), _pole_code(layout)]
     return "\n".join([BANNER, _constants(layout), *laws, *tables, topology_code()])

@@ -8,7 +8,7 @@ from corexy_fmi.effects.api import Effect, Law
 from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
 from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
 
-PLAIN_ARRAYS = ("belt_sign", "side")  # the same for all lanes
+PLAIN_ARRAYS = ("belt_sign", "side", "yaw_arm")  # the same for all lanes
 RESERVED = {"s", "p", "m", "i", "l", "on", *COMMON, *C99CodePrinter.reserved_words}
 
 
@@ -55,9 +55,19 @@ def check_names(effect: Effect) -> None:
             raise ValueError(f"{effect.name}: the name {name!r} is taken, choose another")
 
 
-def size_place(effect: Effect) -> int:
-    """Place of the parameter that switches the effect off."""
-    return [p.name for p in effect.parameters].index(effect.size.name)
+def on_expression(effect: Effect, first: str) -> str:
+    """Whether the effect is on, as C; ``first`` is the place of its first parameter."""
+    return " || ".join(
+        f"s->parameter[{first} + {k}][l] != {p.neutral!r}"
+        for k, p in enumerate(effect.parameters)
+        if p.size
+    )
+
+
+def on_code(effect: Effect) -> str:
+    """The same as a C function of the place of the effect's first parameter."""
+    head = f"static int {effect.name}_on(const stage *s, int p, int l)"
+    return f"{head} {{ return {on_expression(effect, 'p')}; }}\n"
 
 
 def law_code(effect: Effect, law: Law, index: int) -> str:
@@ -66,8 +76,7 @@ def law_code(effect: Effect, law: Law, index: int) -> str:
     names = argument_names(law.function)
     lines, results = c_statements(law.function(**symbols(names)))
     used = " ".join([*lines, *results.values()])
-    size = f"s->parameter[p + {size_place(effect)}][l]"
-    body = [f"const int on = {size} != {effect.size.neutral!r};"]
+    body = [f"const int on = {on_expression(effect, 'p')};"]
     body += [f"const double {n} = {_argument(effect, law, n)};" for n in names if n in used]
     body += lines
     body += [f"const double {n}_new = {value};" for n, value in results.items()]

@@ -30,6 +30,11 @@ class Instance:
         """Places of the ports that this instance covers."""
         return self.effect.locations[self.location]
 
+    @property
+    def memory_step(self) -> int:
+        """From the memory of one place to that of the next."""
+        return 0 if self.effect.shared else len(self.effect.memory)
+
 
 @dataclass(frozen=True, eq=False)
 class Layout:
@@ -60,7 +65,7 @@ def make_layout(effects: Mapping[str, Effect]) -> Layout:
         for location, places in effect.locations.items():
             instances.append(Instance(effect, location, parameter, memory))
             parameter += len(effect.parameters)
-            memory += len(effect.memory) * len(places)
+            memory += len(effect.memory) * (1 if effect.shared else len(places))
     total = parameter + len(FREE_FORM_LOCATIONS) * FREE_FORM_SIZE
     return Layout(tuple(instances), parameter, total, memory)
 

@@ -3,7 +3,8 @@
 One micro-step runs the ports in the order of this table (`fmu_src/native/stage.c`, `reference.py`).
 A port is evaluated for the places of an effect's location: motors (0, 1), axes (x 0, y 1),
 pulleys (0..9 for pulley 1..10), belt sections (0..11) or the sensor (0).  Each variable maps to the
-array of the stage's state that holds it and an index, where ``i`` is the place.
+array of the stage's state that holds it and an index, where ``i`` is the place and ``1 - i`` the
+other axis.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-COMMON = {"now": "now", "step": "step"}  # [s], read by every law
+# [s], read by every law: time in the middle of the step, since the run began, and the step
+COMMON = {"now": "now", "elapsed": "elapsed", "step": "step"}
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ _ALL = (
     ),
     _port("start_axis", "the same on an axis", "", position="q"),
     _port("start_sensor", "the same at the sensor", "", x="reported:0", y="reported:1"),
+    _port("start_section", "the same at a belt section", "", elongation="elongation"),
     _port(
         "command",
         "the commanded motor angle [rad] and rate [rad/s], before the motor",
@@ -71,10 +74,13 @@ _ALL = (
     ),
     _port(
         "shape",
-        "elongation [m] of a section",
+        "elongation [m] of a section; yaw_arm is -1, 0 or 1: how a yaw of the bridge times half of"
+        " its spacing [m] lengthens it",
         "elongation",
         elongation="elongation",
         side="side",
+        yaw_arm="yaw_arm",
+        spacing="spacing:0",
     ),
     _port(
         "belt",
@@ -121,18 +127,50 @@ _ALL = (
         speed="v:i + 2",
         command="command",
         command_rate="command_rate",
+        back_emf="back_emf:0",
+    ),
+    _port(
+        "torque",
+        "torque [N m] of a rotor by its field or, with a dc drive, by its voltage; damping_gain"
+        " [N m s/rad] times the speed is what back-EMF takes off it",
+        "rotor_torque",
+        rotor_torque="torque",
+        angle="q:i + 2",
+        speed="v:i + 2",
+        damping_gain="damping_gain:0",
     ),
     _port(
         "guide",
         "Coulomb bound [N], viscous damping [N s/m] and force [N] along an axis; velocity [m/s] in"
-        " the middle of the step, exactly 0 while it sticks",
-        "bound damping applied_force",
+        " the middle of the step, exactly 0 while it sticks; across [N] is the belts' force on the"
+        " other axis",
+        "bound damping applied_force moving_mass",
         bound="bound",
         damping="damping",
         applied_force="force",
         position="q",
         velocity="middle_v",
-        moving_mass="mass",
+        moving_mass="moving",
+        across="across",
+    ),
+    _port(
+        "stick",
+        "the same after all laws of the guide: what takes the place of set-valued friction",
+        "bound applied_force",
+        bound="bound",
+        applied_force="force",
+        position="q",
+    ),
+    _port(
+        "structure",
+        "once after the kick of an axis: what its velocity [m/s] before and after, and the belts'"
+        " torque on the bridge [N m], make of an effect's own coordinate",
+        "",
+        velocity="v",
+        velocity_before="before",
+        axis_mass="mass",
+        yaw_torque="yaw_torque:0",
+        spacing="spacing:0",
     ),
     _port(
         "output",
@@ -141,6 +179,9 @@ _ALL = (
         position="reported",
         velocity="reported_velocity",
         acceleration="reported_acceleration",
+        across_position="reported:1 - i",
+        across_velocity="reported_velocity:1 - i",
+        across_acceleration="reported_acceleration:1 - i",
     ),
     _port(
         "filter",
@@ -162,6 +203,14 @@ _ALL = (
         ay="reported_acceleration:1",
     ),
     _port("sampling", "how late [s] the sensor's samples are", "lateness", lateness="lateness:0"),
+    _port(
+        "clock",
+        "when [s] since the run began a sample was taken that is stamped so; by whoever replays a"
+        " recording, not by an FMU",
+        "stamp",
+        stamp="stamp:0",
+    ),
 )
 PORTS = {port.name: port for port in _ALL}
-OBSERVERS = ("output", "sensor", "sampling")  # run whenever somebody looks: they may not remember
+OBSERVERS = ("output", "sensor", "sampling", "clock")  # whenever somebody looks: may not remember
+HOST = ("clock",)  # run on the finished response, see clock.py

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from corexy_fmi.kernel.call import Excitation
+from corexy_fmi.kernel.clock import restamp
 from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, FREE_FORM_SIZE, KNOTS, Layout
 from corexy_fmi.kernel.reference_sensor import Past, history
 from corexy_fmi.kernel.reference_state import Array, ReferenceState
@@ -35,7 +36,7 @@ class ReferenceStage(ReferenceState):
     ) -> None:
         """Rest at eq. (1) of the angles, displaced by the deflection [m], idlers in equilibrium."""
         a = self.a
-        self.time = self.now = self.ramp_time = time
+        self.time = self.now = self.begun = self.ramp_time = time
         self.ramp = (np.array(angles), np.zeros(2))
         self._command(time)
         a["q"][2:4] = a["command"]
@@ -49,6 +50,8 @@ class ReferenceStage(ReferenceState):
         self.run_port("start_axis")
         if not self.stage.sections:
             self._place_kinematic()
+        self._elongation()
+        self.run_port("start_section")
         self._report()
         self.run_port("start_sensor")
         self._remember()
@@ -117,6 +120,7 @@ class ReferenceStage(ReferenceState):
         a["applied"] = a["voltage"].copy()
         self.run_port("motor")
         a["torque"] += self.nominal["motor_torque_gain"] * a["applied"] if self.dc else 0.0
+        self.run_port("torque")
         a["force"][2:4] += a["torque"]
 
     def _free_forms(self) -> None:
@@ -138,11 +142,13 @@ class ReferenceStage(ReferenceState):
     def _kick(self) -> None:
         a, h = self.a, self.step
         a["bound"], a["damping"] = a["bound0"].copy(), a["damping0"].copy()
+        a["moving"], a["across"] = a["mass"].copy(), a["force"][1::-1].copy()
         a["middle_v"] = self._middle_velocity()
         self.run_port("guide")
+        self.run_port("stick")
         a["damping"][2:4] += a["rotor_damping"]
-        before, b = a["v"].copy(), 0.5 * h * a["damping"] / a["mass"]
-        push = h / a["mass"] / (1 + b)
+        before, b = a["v"].copy(), 0.5 * h * a["damping"] / a["moving"]
+        push = h / a["moving"] / (1 + b)
         free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
         smooth = self.nominal["friction_smoothing"] / np.r_[1, 1, np.full(len(c) - 2, self.radius)]
         a["v"] = free - np.copysign(_friction(np.abs(free), c, smooth), free)
@@ -150,6 +156,8 @@ class ReferenceStage(ReferenceState):
         a["before"] = before
         a["before"][2:4] = np.where(self.released, before[2:4], a["v"][2:4])
         a["acceleration"] = (a["v"] - before)[:2] / h
+        a["yaw_torque"] = np.array([-0.5 * a["spacing"][0] * (a["yaw_arm"] @ a["tension"])])
+        self.run_port("structure")
 
     def find_forces(self) -> Array:
         """Generalised forces [N, N m] of belts, motors and laws at the present q and v."""
@@ -183,7 +191,8 @@ class ReferenceStage(ReferenceState):
         a["q"][:2] = EQUATION_1 @ (a["travel"][:2] + a["offset"])
 
     def _micro_step(self, end: float) -> None:
-        self.now = 0.5 * (self.time + end)
+        self.now = 0.5 * (self.time + end) if self.stage.sections else end
+        self.elapsed = self.now - self.begun
         if self.stage.sections:
             self._move()
         else:
@@ -274,4 +283,6 @@ def run_reference(
         if n + 1 < len(time):
             stage.advance(float(time[n + 1] - time[n]), limit)
             stage.time = float(time[n + 1])
-    return {c: np.array([row[c] for row in rows]) for c in channels}
+    found = np.array([[row[c] for row in rows] for c in channels])
+    restamp(layout, vector[None], time, channels, found[None])
+    return dict(zip(channels, found, strict=True))

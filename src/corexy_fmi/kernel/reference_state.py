@@ -15,7 +15,7 @@ from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.topology import STAGES, Stage
 
 Array = NDArray[np.float64]
-SECTION_PORTS = ("shape", "belt", "tension")
+SECTION_PORTS = ("start_section", "shape", "belt", "tension")
 
 
 def _arrays(stage: Stage, nominal: Mapping[str, float], dc: bool) -> dict[str, Array]:
@@ -43,12 +43,24 @@ def _arrays(stage: Stage, nominal: Mapping[str, float], dc: bool) -> dict[str, A
         "radius": np.array([nominal["pulley_radius"]]),
         "belt_sign": np.array([1.0 if s.belt == 1 else -1.0 for s in stage.sections]),
         "side": np.array([float(s.side) for s in stage.sections]),
+        "yaw_arm": np.array([float(s.yaw_arm) for s in stage.sections]),
+        "spacing": np.array([nominal["bridge_pulley_spacing"]]),
+        "damping_gain": np.array([nominal["motor_damping_gain"]]),
+        "back_emf": np.array([nominal["motor_damping_gain"] / nominal["motor_torque_gain"]]),
         "runout": np.zeros(10),
         "runout_slope": np.zeros(10),
         "offset": np.zeros(2),
         "tension": np.zeros(sections),
         "lateness": np.zeros(1),
     }
+
+
+def _index(text: str, place: int) -> int:
+    """Value of an index of the port table: a number, i, i + n or n - i."""
+    first, sign, offset = text.partition(" + ")
+    if " - " in text:
+        return int(text.partition(" - ")[0]) - place
+    return (place if first == "i" else int(first)) + (int(offset) if sign else 0)
 
 
 class ReferenceState:
@@ -63,14 +75,15 @@ class ReferenceState:
         self.row = self.stage.rows(1.0)
         self.slopes = np.array([s.length_slope for s in self.stage.sections], float).reshape(-1, 2)
         self.active = [i for i in layout.instances if self._is_on(i)]
-        self.memory = {
-            (i.effect.name, i.location, place): dict.fromkeys(i.effect.memory, 0.0)
-            for i in self.active
-            for place in i.places
-        }
+        self.memory = {}
+        for i in self.active:
+            first = dict.fromkeys(i.effect.memory, 0.0)
+            for place in i.places:
+                own = first if i.effect.shared else dict(first)
+                self.memory[i.effect.name, i.location, place] = own
         held = {place for i in self.active if i.effect.frees_rotor for place in i.places}
         self.released = np.array([dc or place in held for place in (0, 1)])
-        self.now = self.step = self.time = 0.0
+        self.now = self.elapsed = self.step = self.time = self.begun = 0.0
 
     def _values(self, instance: Instance) -> dict[str, float]:
         first = instance.parameter
@@ -79,16 +92,17 @@ class ReferenceState:
 
     def _is_on(self, instance: Instance) -> bool:
         effect, drive = instance.effect, "dc" if self.dc else "stepper"
-        on = self._values(instance)[effect.size.name] != effect.size.neutral
+        values = self._values(instance)
+        on = any(values[p.name] != p.neutral for p in effect.sizes)
         return on and drive in effect.drives and self.stage.name in effect.fidelities
 
     def run_port(self, port: str) -> None:
         """Every active law of a port, at its places."""
         for instance in self.active:
             for law in instance.effect.laws:
-                if law.port == port:
+                if law.port == port and ("dc" if self.dc else "stepper") in law.drives:
                     for place in instance.places:
-                        if law.places is None or place in law.places:
+                        if law.applies(instance.location, place):
                             self._apply(instance, law.function, port, place)
 
     def _exists(self, port: str, place: int) -> bool:
@@ -107,8 +121,7 @@ class ReferenceState:
         where: dict[str, tuple[Array, int]] = {}
         for name in {*argument_names(function), *PORTS[port].writes} & {*PORTS[port].variables}:
             source, index = PORTS[port].variables[name]
-            first, _, offset = index.partition(" + ")
-            where[name] = self.a[source], (place if first == "i" else int(first)) + int(offset or 0)
+            where[name] = self.a[source], _index(index, place)
         values |= {name: float(array[at]) for name, (array, at) in where.items()}
         for name, value in function(**{n: values[n] for n in argument_names(function)}).items():
             if name in memory:

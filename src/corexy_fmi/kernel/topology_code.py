@@ -17,7 +17,7 @@ struct topology {
     void (*collect)(stage *), (*measure)(stage *);
     void (*add_runout)(stage *), (*collect_runout)(stage *), (*find_forces)(stage *);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
-    double belt_sign[SECTIONS], side[SECTIONS];
+    double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
 };
 """
 
@@ -48,6 +48,9 @@ def _derive(stage: Stage) -> str:
     c = stage.constants(values, values["dc"])
     targets: dict[str, object] = {"s->radius[0][l]": values["pulley_radius"]}
     targets["s->damping_time[0][l]"] = values["belt_damping_time"]
+    targets["s->spacing[0][l]"] = values["bridge_pulley_spacing"]
+    targets["s->damping_gain[0][l]"] = values["motor_damping_gain"]
+    targets["s->back_emf[0][l]"] = values["motor_damping_gain"] / values["motor_torque_gain"]
     arrays = {"mass": c.mass, "damping0": c.viscous, "bound0": c.coulomb}
     rim = values["friction_smoothing"] / values["pulley_radius"]
     arrays["smoothing"] = (*[values["friction_smoothing"]] * 2, *[rim] * (len(c.mass) - 2))
@@ -188,6 +191,7 @@ def _table(stage: Stage) -> str:
     counts = f"{len(stage.coordinates)}, {len(stage.sections)}"
     body = [f"{counts}, {', '.join(names)}", f"{{{', '.join(weights)}}}"]
     body += [f"{{{', '.join(motors)}}}", sign, _row([s.side for s in sections])]
+    body += [_row([s.yaw_arm for s in sections])]
     return "    {" + ",\n     ".join(body) + "},\n"
 
 

@@ -10,24 +10,10 @@ import sympy
 from sympy.codegen.rewriting import create_expand_pow_optimization
 from sympy.printing.c import C99CodePrinter
 
-FUNCTIONS = {"exp": "exponential", "sin": "sine", "cos": "cosine"}  # stage_math.h
+# of stage_math.h, which the compiler vectorises
+FUNCTIONS = {"exp": "exponential", "sin": "sine", "cos": "cosine"}
+FUNCTIONS |= {"larger": "larger", "smaller": "smaller"}
 _expand_powers = create_expand_pow_optimization(4)
-
-
-class _Printer(C99CodePrinter):
-    """SymPy's own printer, with the functions of stage_math.h, which the compiler vectorises."""
-
-    def _print_Max(self, expr: Any) -> str:  # noqa: N802  (SymPy's naming)
-        return self._chain("larger", expr.args)
-
-    def _print_Min(self, expr: Any) -> str:  # noqa: N802
-        return self._chain("smaller", expr.args)
-
-    def _chain(self, name: str, args: tuple[Any, ...]) -> str:
-        text = self._print(args[0])
-        for other in args[1:]:
-            text = f"{name}({text}, {self._print(other)})"
-        return text
 
 
 def argument_names(function: Callable[..., Any]) -> list[str]:
@@ -43,7 +29,9 @@ def symbols(names: list[str]) -> dict[str, sympy.Symbol]:
 def c_expression(expression: Any) -> str:
     """One expression as C."""
     return str(
-        _Printer({"user_functions": FUNCTIONS}).doprint(_expand_powers(sympy.sympify(expression)))
+        C99CodePrinter({"user_functions": FUNCTIONS}).doprint(
+            _expand_powers(sympy.sympify(expression))
+        )
     )
 
 

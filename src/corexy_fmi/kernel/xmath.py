@@ -9,6 +9,10 @@ import sympy
 
 Scalar = Any  # float, (n,) array or sympy.Expr
 
+# of stage_math.h; SymPy's own Max and Min compare their arguments, which symbols refuse
+LARGER = sympy.Function("larger", real=True)
+SMALLER = sympy.Function("smaller", real=True)
+
 
 def _symbolic(*values: Scalar) -> bool:
     return any(isinstance(v, sympy.Basic) for v in values)
@@ -41,12 +45,12 @@ def absolute(x: Scalar) -> Scalar:
 
 def maximum(a: Scalar, b: Scalar) -> Scalar:
     """The larger of two values."""
-    return sympy.Max(a, b, evaluate=False) if _symbolic(a, b) else np.maximum(a, b)
+    return LARGER(a, b) if _symbolic(a, b) else np.maximum(a, b)
 
 
 def minimum(a: Scalar, b: Scalar) -> Scalar:
     """The smaller of two values."""
-    return sympy.Min(a, b, evaluate=False) if _symbolic(a, b) else np.minimum(a, b)
+    return SMALLER(a, b) if _symbolic(a, b) else np.minimum(a, b)
 
 
 def clamp(x: Scalar, lower: Scalar, upper: Scalar) -> Scalar:

@@ -30,6 +30,11 @@ class Section:
     length_slope: tuple[int, int] = (0, 0)
     side: int = 0
 
+    @property
+    def yaw_arm(self) -> int:
+        """How a counter-clockwise yaw of the bridge lengthens the section: -1, 0 or 1."""
+        return self.side * self.row.get("y", 0)
+
 
 @dataclass(frozen=True)
 class Constants:

@@ -1,0 +1,45 @@
+"""Belt stiffness that grows with strain.
+
+    dT/de = k (1 + coefficient e / l),  that is  T = k e (1 + coefficient e / 2 l)       [N]
+
+down to the strain at which it would give nothing; below, half of the stiffness stays.
+
+Source: Nayfeh, Mook, Nonlinear Oscillations, 1979 (springs with a quadratic term).
+"""
+
+from corexy_fmi.effects.api import BELTS, Effect, Law, Parameter
+from corexy_fmi.kernel.xmath import maximum
+
+
+def stiffness(section_stiffness, elongation, centre_length, coefficient):
+    """Secant stiffness [N/m] at an elongation [m]."""
+    growth = 1 + coefficient * elongation / (2 * centre_length)
+    return {"section_stiffness": section_stiffness * maximum(growth, 0.5)}
+
+
+EFFECT = Effect(
+    name="belt_hardening",
+    summary="belt stiffness that grows with strain",
+    locations=BELTS,
+    parameters=(
+        Parameter(
+            "coefficient",
+            "1",
+            "relative growth of the stiffness per unit strain",
+            0.0,
+            0.0,
+            1000.0,
+            (100.0,),
+            size=True,
+        ),
+    ),
+    laws=(Law("belt", stiffness),),
+    equation=r"T = k\,e \left(1 + \frac{c}{2}\,\frac{e}{l}\right)",
+    citation="Nayfeh, Mook 1979, Nonlinear Oscillations",
+    remedy="Raise the pretension so that the belts work where they are stiff, or replace them.",
+    check="Hang growing weights on the carriage: each further one gives less.",
+    looks_like="large loads deflect the stage otherwise than small ones, and the axes couple",
+    state="load",
+    coordinate="belts",
+    fidelities=("full",),
+)

@@ -1,0 +1,62 @@
+"""A stepper motor loses (or gains) whole steps at some time.
+
+    phi = phi_c + steps 2 pi / 200 from ``time`` on, over 2 ms                           [rad]
+
+Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994.
+"""
+
+from corexy_fmi.effects.api import EVERYWHERE, MOTORS, STEPPER, TWO_PI, Effect, Law, Parameter
+from corexy_fmi.kernel.xmath import clamp, select
+
+STEP_ANGLE = TWO_PI / 200  # [rad]
+JUMP = 2e-3  # [s] that the rotor takes to its new place
+
+
+def slip(command, rate, now, steps, time):
+    """Angle [rad] and rate [rad/s] of a rotor that lost its place."""
+    part = (now - time) / JUMP
+    jumping = (part > 0) & (part < 1)
+    return {
+        "command": command + steps * STEP_ANGLE * clamp(part, 0, 1),
+        "rate": rate + select(jumping, steps * STEP_ANGLE / JUMP, 0 * steps),
+    }
+
+
+EFFECT = Effect(
+    name="missed_steps",
+    summary="a jump of whole steps at some time",
+    locations={name: MOTORS[name] for name in ("motor1", "motor2")},
+    parameters=(
+        Parameter(
+            "steps",
+            "1",
+            "full steps of 1.8 degrees, negative where lost moving forwards",
+            0.0,
+            -400.0,
+            400.0,
+            (1.0,),
+            size=True,
+            local=True,
+        ),
+        Parameter(
+            "time",
+            "s",
+            "stamp at which it happens",
+            0.0,
+            -1e9,
+            1e9,
+            (0.03,),
+            over="time",
+            local=True,
+        ),
+    ),
+    laws=(Law("command", slip),),
+    equation=r"\varphi = \varphi_c + \frac{2\pi}{200}\,n\,[t > t_0]",
+    citation="Kenjo, Sugawara 1994, Stepping Motors and Their Microprocessor Controls",
+    remedy="Raise the motor current or lower the acceleration; free what blocks the axis.",
+    check="Drive back to the start: the carriage stands off its mark by whole steps.",
+    looks_like="from one moment on, everything is off by a constant",
+    state="time",
+    drives=(STEPPER,),
+    fidelities=EVERYWHERE,
+)

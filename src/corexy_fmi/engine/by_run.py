@@ -1,0 +1,134 @@
+"""Scores of what belongs to one recording: each recording is scored alone.
+
+A wave has one amplitude and a phase for each recording; a jump has a size and a time for each, the
+time narrowed down around the best start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.signature import (
+    TRIED,
+    Score,
+    gain_many,
+    gain_one,
+    grown,
+    raw_changes,
+    row_of,
+)
+from corexy_fmi.engine.spread import Spread, combinations, combined, phase_of
+from corexy_fmi.kernel.call import LANES, Array
+from corexy_fmi.kernel.layout import Instance
+
+ZOOMS, SHOWS = 2, 3.0  # rounds that narrow a time down; [nats] by which a run shows its own part
+
+
+def _parts(problem: Problem) -> list[slice]:
+    """Where the samples of each run stand in the residual."""
+    edges = np.cumsum([0, *(run.count for run in problem.runs)])
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
+
+
+def _within(change: Array, part: slice, q: Array) -> Array:
+    """A raw change (sets, n) of one run alone, off the base's reach."""
+    only = np.zeros_like(change)
+    only[:, part] = change[:, part]
+    return np.asarray(only - (only @ q) @ q.T)
+
+
+def by_run(
+    base: Fit, problem: Problem, instance: Instance, u: Array, q: Array, offered: Spread
+) -> list[Score]:
+    """Scores of an effect that has parameters of one recording, best first."""
+    local = {p.name for p in instance.effect.parameters if p.local}
+    shared: dict[tuple[float, ...], list[dict[str, float]]] = {}
+    for row in combinations(instance, offered):
+        shared.setdefault(tuple(v for n, v in row.items() if n not in local), []).append(row)
+    score = _waves if phase_of(instance) else _jumps
+    found = [score(base, problem, instance, u, q, rows) for rows in shared.values()]
+    return sorted(found, key=lambda s: -s.gain)
+
+
+def _waves(
+    base: Fit,
+    problem: Problem,
+    instance: Instance,
+    u: Array,
+    q: Array,
+    rows: list[dict[str, float]],
+) -> Score:
+    """One amplitude, and a phase for each run."""
+    phase = phase_of(instance)
+    assert phase is not None
+    raw = raw_changes(base, problem, np.array([row_of(problem, u, instance, r) for r in rows]))
+    values, sizes, gains, spare = dict(rows[0]), [], [], 0.0
+    for run, part in zip(problem.runs, _parts(problem), strict=True):
+        change = _within(raw, part, q)
+        gain, factors = gain_many(base.residual, change)
+        factor, values[f"{phase.name}@{run.name}"] = combined(rows, factors, phase)
+        sizes.append(factor)
+        gains.append(gain)
+        spare = max(spare, 1.645 / max(float(np.linalg.norm(change, axis=1).min()), 1e-9))
+    size = float(np.average(sizes, weights=np.array(gains) + 1e-9))
+    return Score(sum(gains), grown(instance, values, max(size, 0.02)), size + spare)
+
+
+def _jumps(
+    base: Fit,
+    problem: Problem,
+    instance: Instance,
+    u: Array,
+    q: Array,
+    rows: list[dict[str, float]],
+) -> Score:
+    """A size and a time for each run; the time is narrowed down around the best."""
+    size = instance.effect.size
+    timed = next(p.name for p in instance.effect.parameters if p.over == "time")
+    times = sorted({row[timed] for row in rows})
+    spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
+    best = [(0.0, 0.0, rows[0][timed], 0.0)] * len(problem.runs)
+    for _ in range(1 + ZOOMS):
+        best = _better(base, problem, instance, u, q, rows, timed, best)
+        near = spacing * np.linspace(-1, 1, TRIED + 1)
+        keys = [f"{timed}@{run.name}" for run in problem.runs]
+        rows = [
+            rows[0] | {k: b[2] + float(d) for k, b in zip(keys, best, strict=True)} for d in near
+        ]
+        spacing *= 2 / TRIED
+    values = dict(rows[0])
+    for run, (gain, factor, time, _) in zip(problem.runs, best, strict=True):
+        larger = grown(instance, rows[0], factor)[size.name]
+        values[f"{size.name}@{run.name}"] = larger if gain > SHOWS else size.neutral
+        values[f"{timed}@{run.name}"] = time
+    return Score(sum(b[0] for b in best), values, max(b[3] for b in best))
+
+
+def _better(
+    base: Fit,
+    problem: Problem,
+    instance: Instance,
+    u: Array,
+    q: Array,
+    rows: Sequence[dict[str, float]],
+    timed: str,
+    best: list[tuple[float, float, float, float]],
+) -> list[tuple[float, float, float, float]]:
+    """Gain [nats], factor, time and bound of the best row of each run, or what was best before."""
+    found = list(best)
+    for first in range(0, len(rows), LANES):
+        block = rows[first : first + LANES]
+        raw = raw_changes(base, problem, np.array([row_of(problem, u, instance, r) for r in block]))
+        for r, part in enumerate(_parts(problem)):
+            key = f"{timed}@{problem.runs[r].name}"
+            for row, change in zip(block, _within(raw, part, q), strict=True):
+                gain, factor = gain_one(base.residual, change)
+                spare = abs(factor) + 1.645 / max(float(np.linalg.norm(change)), 1e-9)
+                if gain > found[r][0]:
+                    found[r] = (gain, factor, row.get(key, row[timed]), spare)
+    return found

@@ -1,0 +1,172 @@
+"""Where fits begin: starts read off the recordings, waves and single recordings scored at once."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from engine_kit import (
+    STRIBECK,
+    fitted,
+    machine,
+    other_motion,
+    problem,
+    record,
+    short_motion,
+    with_effects,
+)
+
+from corexy_fmi.engine.diagnose import make_runs, retune
+from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.local import last_parts, shows
+from corexy_fmi.engine.model import effect_table, tuned_machine
+from corexy_fmi.engine.prove import follow_up
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.spread import combinations, groups, spread
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
+
+JUMPS = ((2.0, 0.7), None, (-3.0, 1.4))  # steps and time of each recording
+PHASES = (0.4, -1.5, 2.6)
+SLOW = {"noise": 1e-5, "channels": ("x", "y")}
+
+
+def fan(phase):
+    """A force that shakes y."""
+    use = {"amplitude": 0.3, "frequency": 17.3, "phase": phase}
+    return EffectUse("periodic_disturbance", "y", use)
+
+
+def slip(jump):
+    """Missed steps, or none."""
+    numbers = dict(zip(("steps", "time"), jump or (0.0, 0.0), strict=True))
+    return EffectUse("missed_steps", "motor1", numbers)
+
+
+@cache
+def retuned(kind):
+    """The retuned machine on three recordings of one kind of truth."""
+    truths = [fan(p) for p in PHASES] if kind == "fan" else [slip(j) for j in JUMPS]
+    recordings = [
+        record(with_effects(machine(), truth), other_motion(), f"{n}.csv", seed=n, **SLOW)
+        for n, truth in enumerate(truths)
+    ]
+    runs, _ = make_runs(recordings, recordings[:1], machine())
+    return retune(bundled_layout(), machine(), tuple(runs))
+
+
+@cache
+def lead(kind):
+    """The screen's answer to the truth."""
+    name, place = ("periodic_disturbance", "y") if kind == "fan" else ("missed_steps", "motor1")
+    return screen(retuned(kind), [Hypothesis((bundled_layout().find(name, place),))])[0]
+
+
+@cache
+def found(kind):
+    """The fit from the first start."""
+    return minimise(lead(kind).problem, lead(kind).starts[0])
+
+
+def began(kind, key):
+    """Physical value of an unknown at the first start."""
+    keys = [x.key for x in lead(kind).problem.unknowns]
+    k = keys.index(key)
+    return float(lead(kind).problem.unknowns[k].value(lead(kind).starts[0][k]))
+
+
+def test_tones_of_the_residuals_are_starts():
+    offered = spread(retuned("fan"))
+    assert offered.frequency[0] == pytest.approx(17.3, abs=0.1)
+    instance = bundled_layout().find("periodic_disturbance", "y")
+    rows = combinations(instance, offered)
+    assert {row["frequency"] for row in rows} == set(offered.frequency)
+    assert sorted(map(len, groups(instance, rows))) == [3] * len(offered.frequency)
+
+
+def test_places_and_times_are_those_of_the_recordings():
+    offered = spread(fitted(problem(record(machine(), short_motion()), machine()), 2))
+    assert min(offered.x) == pytest.approx(0.0, abs=5e-4)
+    assert max(offered.x) == pytest.approx(0.02, abs=1e-3)
+    assert max(offered.y) == pytest.approx(0.015, abs=1e-3)
+    assert 0 < offered.time[0] < offered.time[-1] < 1.5
+    instance = bundled_layout().find("friction_vs_position", "y")
+    assert {row["center"] for row in combinations(instance, offered)} == set(offered.y)
+
+
+def test_a_wave_begins_near_the_phase_of_each_recording():
+    """And ends at it."""
+    for n, phase in enumerate(PHASES):
+        key = f"periodic_disturbance.y.phase@{n}.csv"
+        for value, near in ((began("fan", key), 1.0), (found("fan").value(key), 0.2)):
+            assert np.angle(np.exp(1j * (value - phase))) == pytest.approx(0, abs=near)
+    assert began("fan", "periodic_disturbance.y.amplitude") == pytest.approx(0.3, rel=0.4)
+    assert found("fan").value("periodic_disturbance.y.amplitude") == pytest.approx(0.3, rel=0.05)
+
+
+def test_a_jump_begins_at_its_time_in_each_recording():
+    for n, jump in enumerate(JUMPS):
+        steps = began("jump", f"missed_steps.motor1.steps@{n}.csv")
+        if jump is None:
+            assert steps == 0.0
+        else:
+            assert steps == pytest.approx(jump[0], rel=0.3)
+            time = began("jump", f"missed_steps.motor1.time@{n}.csv")
+            assert time == pytest.approx(jump[1], abs=0.03)
+
+
+def test_parameters_of_one_recording_move_that_one_only():
+    fit = found("jump")
+    keys = [x.key for x in fit.problem.unknowns]
+    first = fit.problem.runs[0].count
+    column = fit.jacobian[:, keys.index("missed_steps.motor1.steps@0.csv")]
+    assert np.abs(column[:first]).max() > 1.0
+    assert np.abs(column[first : sum(r.count for r in fit.problem.runs)]).max() == 0.0
+
+
+def test_they_are_found_and_reported_by_file():
+    fit = found("jump")
+    table = effect_table(fit, "missed_steps", "motor1", np.eye(fit.problem.size) * 1e-8)
+    assert set(table) == {f"{p}@{n}.csv" for p in ("steps", "time") for n in range(3)}
+    assert table["steps@2.csv"]["value"] == pytest.approx(-3.0, abs=0.05)
+    assert table["time@2.csv"]["value"] == pytest.approx(1.4, abs=5e-3)
+    assert table["time@2.csv"]["unit"] == "s"
+    for n, steps, near in ((0, 2.0, 0.05), (1, 0.0, 0.3), (2, -3.0, 0.05)):
+        (use,) = tuned_machine(fit, "found", n).effects
+        assert use.parameters["steps"] == pytest.approx(steps, abs=near)
+
+
+def test_they_are_judged_on_the_last_part_of_the_recordings_that_show_them():
+    fit, base = found("jump"), retuned("jump")
+    assert shows(fit) == [True, False, True]
+    late = last_parts(base, fit, [], machine())
+    assert [r.name for r in late.kept] == ["0.csv", "2.csv"]
+    assert [r.role for r in late.kept] == ["holdout"] * 2
+    for state, good in ((late.retuned, False), (late.fit, True)):
+        chosen = tuned_machine(state, "judged", 2)
+        noise = fit.problem.noise[2]
+        told = follow_up(bundled_layout(), chosen, late.kept[1], noise, late.before["2.csv"])
+        assert (told.rms(0) < 1.5e-5) == good
+
+
+def test_without_such_parameters_nothing_changes():
+    fit = fitted(problem(record(machine(), short_motion()), machine()), 2)
+    late = last_parts(fit, fit, ["kept"], machine())
+    assert (late.fit, list(late.kept), dict(late.before)) == (fit, ["kept"], {})
+
+
+def test_a_drive_fits_only_what_it_knows():
+    instance = bundled_layout().find("detent_torque", "motors")
+    recording = record(machine(), short_motion())
+    keys = {x.key for x in problem(recording, machine(), [("detent_torque", "motors")]).unknowns}
+    assert f"{instance.effect.name}.motors.holding_torque" in keys
+    assert f"{instance.effect.name}.motors.order" not in keys
+    chosen = problem(recording, machine(), [("detent_torque", "motors")])
+    assert chosen.base[instance.parameter + 2] == 200.0  # its order stands at the default
+
+
+def test_the_step_is_one_that_the_effects_starts_need():
+    recording = record(with_effects(machine(), STRIBECK), short_motion())
+    bare = problem(recording, machine()).limit
+    assert problem(recording, machine(), [("sensor_lag", "sensor")]).limit == bare
+    assert problem(recording, machine(), [("belt_damping", "belts")]).limit < bare / 1.5
