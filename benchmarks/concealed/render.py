@@ -102,6 +102,50 @@ def headline(entries: list[Entry]) -> list[str]:
     return table + [f"| {a} | {b} | {c} |" for a, b, c in rows]
 
 
+def _curves(entries: list[Entry]) -> list[float]:
+    """Distances of free-form law and planted force, where both are there."""
+    found = [e["struck"]["curve_error"] for e in entries]
+    return sorted(c for c in found if c is not None)
+
+
+def levels(entries: list[Entry]) -> list[str]:
+    """The five levels of concealment."""
+    single = [e for e in _of(entries, "effect") if e["truth"]["E"] >= 100]
+    struck = [e for e in single if "struck" in e]
+    said = Counter(e["struck"]["verdict"] for e in struck)
+    curves = _curves(struck)
+    off = ", ".join(f"{c:.2f}" for c in curves) or "none to compare"
+    near = sum(c <= 0.2 for c in curves)
+    rows = (
+        ("L1", "the label is sealed by hash before the engine runs", f"{len(entries)} seals"),
+        (
+            "L2",
+            "the machine file hides the effect as well as values within 0.7 .. 1.45 of the true "
+            "ones can: right name and place, E >= 100",
+            rate(_hits(single, "right"), len(single)),
+        ),
+        (
+            "L3",
+            "seeds follow from the commit's hash; seals are written before outcomes",
+            "none dropped",
+        ),
+        (
+            "L4",
+            "the true entry is struck from the catalogue, E >= 100: confidently misnamed",
+            rate(said["explained"], len(struck)),
+        ),
+        ("", "the same: `unexplained`", rate(said["unexplained"], len(struck))),
+        (
+            "",
+            "the same: rms of free-form law minus planted force over that of the force (aim 0.2)",
+            f"{near} of {len(curves)} within 0.2: {off}",
+        ),
+        ("L5", "real recordings", "an issue of its own; [one printer so far](docs/voron.md)"),
+    )
+    table = ["| level | what is concealed | measured [Wilson 95 %] |", "|---|---|---|"]
+    return table + [f"| {a} | {b} | {c} |" for a, b, c in rows]
+
+
 def by(entries: list[Entry], key: str) -> list[str]:
     """Outcomes of the single-effect cases by effect, setting or noise."""
     groups: dict[str, Counter[str]] = {}
@@ -139,6 +183,10 @@ def page(entries: list[Entry], command: str) -> str:
         "leaves; E_sep is what is left of it beside the nearest rival. `right`: exactly the",
         "planted set named; `class`: `ambiguous` with the truth among its members; `abstained`:",
         "other doubts; `missed`: nothing found; `wrong`: confident and false.",
+        "",
+        "## Levels of concealment",
+        "",
+        *levels(entries),
         "",
         "## By effect",
         "",

@@ -21,7 +21,7 @@ from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.fit import Fit, minimise, settle
 from corexy_fmi.engine.local import last_parts
 from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.name import Competition, Mapper, compete
+from corexy_fmi.engine.name import Competition, Mapper, compete, form_floor
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
@@ -29,8 +29,9 @@ from corexy_fmi.engine.prove import Proof, prove
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.specification import leftover
 from corexy_fmi.engine.unknowns import Hypothesis
-from corexy_fmi.engine.verdict import Verdict, decide
+from corexy_fmi.engine.verdict import Verdict, decide, incomplete
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import Layout, bundled_layout, make_layout
 from corexy_fmi.machine import Machine
@@ -134,8 +135,13 @@ def _prove(
     return prove(layout, machines, judged, train, fit.problem.noise, own, late.before)
 
 
-def _guarded(proof: Proof, weak: bool, verdict: Verdict) -> Verdict:
-    """A mismatch on the data kept back, or only in motion, forbids ``nothing_missing``."""
+def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
+    """What a fit leaves to simple functions of the motion forbids to call it an explanation; a
+    mismatch on the data kept back, or only in motion, forbids ``nothing_missing``.
+    """
+    left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
+    if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
+        return incomplete(verdict, left)
     if verdict.word != "nothing_missing":
         return verdict
     late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
@@ -203,7 +209,11 @@ def _judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept)
-    return _guarded(proof, weak, verdict), fit, proof
+    guarded = _guarded(proof, weak, verdict, fit)
+    if _final(competition, guarded) is not fit:
+        fit = _final(competition, guarded)
+        proof = _prove(layout, machine, competition, fit, kept)
+    return guarded, fit, proof
 
 
 def _document(

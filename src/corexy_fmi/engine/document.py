@@ -80,9 +80,11 @@ def _in_words(fit: Fit, competition: Competition, verdict: Verdict) -> str:
 
 
 def _whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
-    """Coordinate and state of the mismatch: those of the verdict's entry, or of the one that
-    held-out data refuted; else the coordinate whose channel shows most of it.
+    """Coordinate and state of the mismatch: what a winner left over points at, or those of the
+    verdict's entry, or of the one that was refuted; else the coordinate whose channel shows most.
     """
+    if verdict.left is not None:
+        return verdict.left.place
     entry = verdict.entry or verdict.refuted
     if entry is not None:
         return _place(entry.hypothesis)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from corexy_fmi.engine.name import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.prove import Proof
+from corexy_fmi.engine.specification import Leftover
 
 SURE = 0.95
 AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
@@ -16,8 +17,8 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The word, the entry it stands on, the classes of equals, what shows that it is so, and the
-    winner that held-out data refuted.
+    """The word, the entry it stands on, the classes of equals, what shows that it is so, the winner
+    that was refuted, and what that left over.
     """
 
     word: str
@@ -25,6 +26,7 @@ class Verdict:
     classes: tuple[tuple[tuple[tuple[str, str], ...], ...], ...] = ()
     reason: str = ""
     refuted: Entry | None = None
+    left: Leftover | None = None
 
 
 def excess_removed(retuned: float, explained: float, noise: float) -> float:
@@ -74,6 +76,13 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
     if chance >= SURE:
         return Verdict("explained", best)
     return Verdict("ambiguous", best, (rivals(competition, best),))
+
+
+def incomplete(verdict: Verdict, left: Leftover) -> Verdict:
+    """Something remains that the explanation does not hold: it is not put into the machine."""
+    told = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
+    reason = f"{told}the {left.cause} still explains part of it"
+    return Verdict("unexplained", None, reason=reason, refuted=verdict.entry, left=left)
 
 
 def _refuted(best: Entry) -> Verdict:
