@@ -15,7 +15,7 @@ from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
-FEWEST = 12.0  # independent samples, at rest and in motion
+FEWEST = 8.0  # independent samples, at rest and in motion
 LOUDER, SURE = 1.5, 4.0  # ratio of standard deviations; standard errors of its logarithm
 
 
@@ -30,8 +30,11 @@ def at_rest(run: Run) -> np.ndarray:
 
 
 def independent(errors: Array) -> float:
-    """How many independent samples tell as much about the variance (Bartlett)."""
-    spectrum = np.abs(np.fft.rfft(errors - errors.mean(), 2 * len(errors))) ** 2
+    """How many independent samples tell as much about the variance (Bartlett).
+
+    No mean is removed: in a short rest, slow noise is little but mean, and counts as one sample.
+    """
+    spectrum = np.abs(np.fft.rfft(errors, 2 * len(errors))) ** 2
     correlation = np.fft.irfft(spectrum)[: max(len(errors) // 4, 1)]
     correlation /= max(correlation[0], 1e-300)
     return len(errors) / float(2 * np.sum(correlation**2) - 1)
@@ -50,8 +53,8 @@ def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
     sizes = independent(moving), independent(still)
     if min(sizes) < FEWEST:
         return 0.0, 0.0
-    floor = max(float(np.std(still)), *(quick_noise(r.run.samples[c]) for r, c in parts))
-    ratio = float(np.std(moving)) / floor
+    quick = max(quick_noise(r.run.samples[c]) for r, c in parts)
+    ratio = float(np.sqrt(np.mean(moving**2)) / max(np.sqrt(np.mean(still**2)), quick))
     return ratio, float(np.log(max(ratio, 1e-9)) / np.sqrt(0.5 / sizes[0] + 0.5 / sizes[1]))
 
 
