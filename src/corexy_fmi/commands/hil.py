@@ -52,6 +52,9 @@ SupplyOption = Annotated[float, typer.Option(help="Supply of dc motors at full d
 SpeedOption = Annotated[float, typer.Option(help="Fastest belt [m/s].")]
 AccelOption = Annotated[float, typer.Option(help="Belt acceleration beyond jumps [m/s^2].")]
 JumpOption = Annotated[float, typer.Option(help="Largest jump of a belt's speed [m/s].")]
+SilenceOption = Annotated[
+    float, typer.Option("--watchdog", help="The board stops when the host is silent so long [s].")
+]
 BesideOption = Annotated[bool, typer.Option("--beside", help="Drive the FMU beside the board.")]
 
 
@@ -84,6 +87,7 @@ def run(
     max_speed: SpeedOption = Allowed.speed,
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
+    watchdog: SilenceOption = Allowed.silence,
 ) -> None:
     """Play a recording's phi1, phi2 on the board and record what comes back.
 
@@ -101,7 +105,7 @@ def run(
         raise InputError(f"{motion}: no columns phi1, phi2, expected commanded angles")
     check_stage(order, chosen)
     label(chosen)
-    allowed = Allowed(max_speed, max_accel, max_jump)
+    allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply)
     execute(setup, order, {})
 
@@ -127,6 +131,7 @@ def rectangle(
     max_speed: SpeedOption = Allowed.speed,
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
+    watchdog: SilenceOption = Allowed.silence,
 ) -> None:
     """Drive the rectangle of `corexy rectangle` on the board.
 
@@ -141,7 +146,7 @@ def rectangle(
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
     label(chosen)
-    allowed = Allowed(max_speed, max_accel, max_jump)
+    allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply)
     made = execute(setup, replace(order, metadata={}), {})
     if made is not None and "x" in made:
@@ -164,6 +169,7 @@ def diagnose(
     max_speed: SpeedOption = Allowed.speed,
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
+    watchdog: SilenceOption = Allowed.silence,
     jobs: Annotated[int, typer.Option(min=1, help="Processes of the diagnosis.")] = 1,
 ) -> None:
     """Drive two commissioning rectangles, and diagnose what the tracker saw of them.
@@ -178,7 +184,7 @@ def diagnose(
     """
     chosen = load_machine(machine)
     label(chosen)
-    allowed = Allowed(max_speed, max_accel, max_jump)
+    allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, False, supply)
     if not arm:
         for name, shape in shapes(chosen).items():

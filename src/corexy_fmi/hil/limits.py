@@ -11,16 +11,19 @@ from corexy_fmi.hil.protocol import CONFIG, Info
 from corexy_fmi.machine.record import Machine
 
 FASTEST = 0.5  # [counts/tick] a step needs one tick high and one low
-WATCHDOG, REPORT = 200, 10  # [ms]
+REPORT = 10  # [ms]
 
 
 @dataclass(frozen=True)
 class Allowed:
-    """What a motor's belt may do: speed [m/s], acceleration [m/s^2], jump of speed [m/s]."""
+    """What a motor's belt may do: speed [m/s], acceleration [m/s^2], jump of speed [m/s]; and for
+    how long the host may be silent, at most 60 [s], before the board stops.
+    """
 
     speed: float = 0.2
     acceleration: float = 20.0
     jump: float = 0.05
+    silence: float = 0.2
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ class Limits:
     jump: int
     acceleration: int
     brake: int
+    watchdog: int = 200  # [ms]
 
     @classmethod
     def of(cls, machine: Machine, scale: Scale, allowed: Allowed) -> Limits:
@@ -87,6 +91,8 @@ class Limits:
         for name, value in vars(allowed).items():
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{name}: found {value!r}, expected a positive number")
+        if allowed.silence > 60:
+            raise InputError(f"silence: found {allowed.silence!r} s, expected at most 60")
         # floor(P) of a motion that ends exactly on the edge may lie one count beyond
         reach = [int(2 * half * scale.per_metre) + 1 for half in (half_x, half_y)]
         per_tick = scale.rate(allowed.acceleration * scale.tick)
@@ -98,11 +104,12 @@ class Limits:
             jump=min(scale.rate(allowed.jump), ceiling),
             acceleration=per_tick,
             brake=max(scale.rate(allowed.acceleration * 1e-3), 1),
+            watchdog=max(round(1e3 * allowed.silence), 1),
         )
 
-    def pack(self, watchdog: int = WATCHDOG, report: int = REPORT) -> bytes:
+    def pack(self, report: int = REPORT) -> bytes:
         """Body of CONFIG; times in ms."""
         return CONFIG.pack(
             -self.x, self.x, -self.y, self.y, self.rate, self.jump, self.acceleration, self.brake,
-            watchdog, report,
+            self.watchdog, report,
         )  # fmt: skip
