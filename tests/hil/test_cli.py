@@ -115,7 +115,7 @@ def test_a_killed_host_leaves_a_recording(plugged: Plugged, tmp_path: Path) -> N
     time.sleep(float(SILENCE) + 1)
     again = plugged.corexy("check", "--seconds", "1")
     said, _ = again.communicate(timeout=PATIENCE)
-    assert "by_watchdog" in said
+    assert "by_watchdog" in said or "underrun" in said  # whichever the board notices first
     assert "yes" in said  # the position is known
 
 
