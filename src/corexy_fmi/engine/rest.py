@@ -15,7 +15,7 @@ from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
-FEWEST = 8.0  # independent samples, at rest and in motion
+ROWS, FEWEST = 200, 8.0  # samples, and independent ones, at rest and in motion
 LOUDER, SURE = 1.5, 4.0  # ratio of standard deviations; standard errors of its logarithm
 
 
@@ -48,7 +48,7 @@ def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
     errors = np.concatenate([r.errors[c] for r, c in parts])
     rest = np.concatenate([at_rest(r.run)[r.run.samples[c].index] for r, c in parts])
     moving, still = errors[~rest], errors[rest]
-    if min(len(moving), len(still)) < FEWEST:
+    if min(len(moving), len(still)) < ROWS:  # too few to see how they hang together
         return 0.0, 0.0
     sizes = independent(moving), independent(still)
     if min(sizes) < FEWEST:
