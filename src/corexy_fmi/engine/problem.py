@@ -8,7 +8,6 @@ the channels are projected out, so that they cost no unknowns.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -258,8 +257,3 @@ def late(time: Array, out: Array, delay: Array) -> Array:
         for c in range(out.shape[1]):
             shifted[k, c] = np.interp(time - d, time, out[k, c])
     return shifted
-
-
-def centred(errors: Sequence[Array]) -> list[Array]:
-    """Errors (samples,) of each channel without their mean."""
-    return [e - e.mean() for e in errors]
