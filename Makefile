@@ -31,7 +31,7 @@ lint: bootstrap
 	@echo "import-linter"; .venv/bin/lint-imports --no-cache
 
 unit: bootstrap
-	@$(PYTHON) -m pytest --cov=src --cov-report=term:skip-covered --junitxml=out/tests.xml
+	@$(PYTHON) -m pytest -n 2 --dist loadfile --cov=src --cov-report=term:skip-covered --junitxml=out/tests.xml
 
 blind: bootstrap
 	@$(PYTHON) -m benchmarks.concealed.blind --seed $(SEED)

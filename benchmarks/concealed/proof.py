@@ -21,7 +21,7 @@ from benchmarks.concealed.cases import EFFECTS, published, seed_of, strikes
 from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.score import score
 from corexy_fmi.effects import catalogue
-from corexy_fmi.engine import diagnose
+from corexy_fmi.engine import Diagnosis, diagnose
 
 RESULTS = Path("benchmarks/results")
 KEPT = ("verdict", "ambiguous_between", "heldout")
@@ -51,9 +51,12 @@ def read(path: Path) -> list[dict[str, Any]]:
     return entries
 
 
-def clean_rms(document: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of a document."""
+def kept_of(found: Diagnosis) -> dict[str, Any]:
+    """What is kept of a diagnosis."""
+    document = found.document
     kept = {k: document[k] for k in KEPT}
+    kept["gain"] = max((r.gain for r in found.evidence.runners_up), default=0.0)
+    kept["leftover"] = found.evidence.leftover
     kept["located"] = {k: document["located"][k] for k in ("coordinate", "state")}
     kept["effects"] = [
         {k: e[k] for k in ("name", "location", "probability", "parameters")}
@@ -62,9 +65,10 @@ def clean_rms(document: dict[str, Any]) -> dict[str, Any]:
     return kept
 
 
-def struck(case: Any, document: dict[str, Any]) -> dict[str, Any]:
+def struck(case: Any, found: Diagnosis) -> dict[str, Any]:
     """Level L4: what is said where the true entry is deleted, and how far its law is off."""
-    return {
+    document = found.document
+    return kept_of(found) | {
         "verdict": document["verdict"],
         "effects": [(e["name"], e["location"]) for e in document["effects"]],
         "coordinate": document["located"]["coordinate"],
@@ -82,7 +86,7 @@ def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dic
     drawn = time.monotonic()
     train, holdout, machine = load(case)
     unknown = frozenset(catalogue()) - set(EFFECTS)  # what the plant does not know yet
-    document = diagnose(train, holdout, machine, jobs=1, without=unknown).document
+    found = diagnose(train, holdout, machine, jobs=1, without=unknown)
     seconds = {
         "draw": drawn - begun,
         "diagnose": time.monotonic() - drawn,
@@ -95,13 +99,13 @@ def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dic
         "truth": case.truth,
         "seal": seal,
         "seconds": seconds,
-        "outcome": score(document, case.truth),
-        "document": clean_rms(document),
+        "outcome": score(found.document, case.truth),
+        "document": kept_of(found),
         "commit": commit(),
     }
     if strikes(name):
         without = unknown | {e["name"] for e in case.truth["effects"]}
-        deleted = diagnose(train, holdout, machine, jobs=1, without=without).document
+        deleted = diagnose(train, holdout, machine, jobs=1, without=without)
         entry["struck"] = struck(case, deleted)
     return entry
 

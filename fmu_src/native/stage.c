@@ -39,12 +39,18 @@ INLINE double slide(double v, double c, const rounding *r)
     const double fast = smaller(r->gain[1] * size + r->lift[1], r->gain[2] * size + r->lift[2]);
     return v - copysign(smaller(slow, fast), v);
 }
-/* the kick of coordinate i with the constants of set_kick */
-INLINE double kicked_free(const stage *s, int i, int l, double v, double force)
+/* the same of set-valued friction */
+INLINE double stop(double v, double c) { return v - copysign(smaller(fabs(v), c), v); }
+
+/* the kick of coordinate i with the constants of set_kick; ``smooth`` is s->smooth, known to the
+ * compiler, so that set-valued friction costs nothing of the other */
+INLINE double kicked_free(const stage *s, int i, int l, double v, double force, const int smooth)
 {
+    const double fast = s->keep[i][l] * v + s->push[i][l] * force;
+    if (!smooth) return stop(fast, s->slip[i][l]);
     rounding r;
     for (int n = 0; n < 3; n++) r.gain[n] = s->round_gain[n][i][l], r.lift[n] = s->round_lift[n][i][l];
-    return slide(s->keep[i][l] * v + s->push[i][l] * force, s->slip[i][l], &r);
+    return slide(fast, s->slip[i][l], &r);
 }
 INLINE double drifted(double q, double v, double half) { return q + half * v; }
 
@@ -76,7 +82,7 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 /* what the kick needs of damping and mass, for steps of length h; rows differ by rounding alone */
 static void set_kick(stage *s, double h)
 {
-    if (fabs(h - s->kick_step) <= 1e-12 * h) return;
+    if (fabs(h - s->kick_step) <= 1e-9 * h) return;
     s->kick_step = h;
     for (int i = 0; i < s->coordinates; i++)
         EACH {
@@ -84,6 +90,7 @@ static void set_kick(stage *s, double h)
             s->keep[i][l] = (1.0 - b) * share;
             s->push[i][l] = h * s->inverse_mass[i][l] * share;
             s->slip[i][l] = s->push[i][l] * s->bound0[i][l];
+            if (!s->smooth) continue;
             const rounding r = rounded(s->slip[i][l], s->smoothing[i][l]);
             for (int n = 0; n < 3; n++) s->round_gain[n][i][l] = r.gain[n], s->round_lift[n][i][l] = r.lift[n];
         }
@@ -133,14 +140,27 @@ static void find_motor_torque(stage *s)
 }
 
 /* the kick of a coordinate whose damping and bound are not the constants of set_kick */
-INLINE double kicked_by(const stage *s, int i, int l, double inverse, double damping, double bound)
+INLINE double kicked_by(const stage *s, int i, int l, double inverse, double damping, double bound,
+                        const int smooth)
 {
     const double h = s->kick_step;
     const double b = h * (0.5 * damping * inverse), share = 1.0 / (1.0 + b);
     const double push = h * inverse * share;
     const double slip = push * larger(bound, 0.0);
+    const double fast = (1.0 - b) * share * s->v[i][l] + push * s->force[i][l];
+    if (!smooth) return stop(fast, slip);
     const rounding r = rounded(slip, s->smoothing[i][l]);
-    return slide((1.0 - b) * share * s->v[i][l] + push * s->force[i][l], slip, &r);
+    return slide(fast, slip, &r);
+}
+
+INLINE void kick_axes(stage *s, double half, const int smooth)
+{
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double v = kicked_by(s, i, l, 1.0 / s->moving[i][l], s->damping[i][l], s->bound[i][l], smooth);
+            s->v[i][l] = v;
+            s->q[i][l] = drifted(s->q[i][l], v, half);
+        }
 }
 
 /* an axis whose friction or force a law changes */
@@ -157,9 +177,16 @@ static void kick_guides(stage *s, double half)
         }
     run_port(s, PORT_GUIDE);
     run_port(s, PORT_STICK);
-    for (int i = 0; i < 2; i++)
+    if (s->smooth) kick_axes(s, half, 1);
+    else kick_axes(s, half, 0);
+}
+
+INLINE void kick_from(stage *s, int first, int end, double half, const int smooth)
+{
+    for (int i = first; i < end; i++)
         EACH {
-            const double v = kicked_by(s, i, l, 1.0 / s->moving[i][l], s->damping[i][l], s->bound[i][l]);
+            const double v = kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
+            s->before[i][l] = s->v[i][l];
             s->v[i][l] = v;
             s->q[i][l] = drifted(s->q[i][l], v, half);
         }
@@ -168,13 +195,8 @@ static void kick_guides(stage *s, double half)
 /* coordinates whose friction no law changes */
 INLINE void kick_free(stage *s, int first, int end, double half)
 {
-    for (int i = first; i < end; i++)
-        EACH {
-            const double v = kicked_free(s, i, l, s->v[i][l], s->force[i][l]);
-            s->before[i][l] = s->v[i][l];
-            s->v[i][l] = v;
-            s->q[i][l] = drifted(s->q[i][l], v, half);
-        }
+    if (s->smooth) kick_from(s, first, end, half, 1);
+    else kick_from(s, first, end, half, 0);
 }
 
 /* a motor follows its command where it is not released */
@@ -187,17 +209,24 @@ INLINE void turn_motor(stage *s, int i, int l, double free, double half)
     s->q[i][l] = drifted(s->q[i][l], v, half);
 }
 
+INLINE void kick_rotors(stage *s, double half, const int damped, const int smooth)
+{
+    for (int i = 2; i < 4; i++)
+        EACH {
+            const double damping = s->damping0[i][l] + s->rotor_damping[i - 2][l];
+            const double free = damped
+                ? kicked_by(s, i, l, s->inverse_mass[i][l], damping, s->bound0[i][l], smooth)
+                : kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
+            turn_motor(s, i, l, free, half);
+        }
+}
+
 INLINE void kick_motors(stage *s, double half)
 {
-    if (hooked(s, PORT_MOTOR))
-        for (int i = 2; i < 4; i++)
-            EACH {
-                const double damping = s->damping0[i][l] + s->rotor_damping[i - 2][l];
-                turn_motor(s, i, l, kicked_by(s, i, l, s->inverse_mass[i][l], damping, s->bound0[i][l]), half);
-            }
-    else
-        for (int i = 2; i < 4; i++)
-            EACH turn_motor(s, i, l, kicked_free(s, i, l, s->v[i][l], s->force[i][l]), half);
+    const int damped = hooked(s, PORT_MOTOR);
+    if (s->smooth) kick_rotors(s, half, damped, 1);
+    else if (damped) kick_rotors(s, half, 1, 0);
+    else kick_rotors(s, half, 0, 0);
 }
 
 /* positions in the middle of the step and belt forces; the idlers' whole step */

@@ -30,6 +30,7 @@ static void list_active(stage *s)
         if (!(e->drives & c->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;
+        s->has_belt_damping |= c->damps;
         if (e->frees_rotor)
             EACH
                 if (e->on(s, e->parameter, l)) s->released[c->place][l] = 1;
@@ -39,8 +40,10 @@ static void list_active(stage *s)
 static void derive_constants(stage *s, table *t)
 {
     t->derive(s);
+    s->smooth = 0;
     for (int i = 0; i < t->coordinates; i++)
         EACH {
+            s->smooth |= s->smoothing[i][l] > 0;
             s->inverse_mass[i][l] = 1.0 / s->mass[i][l];
             s->half_rate[i][l] = 0.5 * s->damping0[i][l] * s->inverse_mass[i][l];
         }

@@ -39,8 +39,9 @@ INLINE void find_stiffness(stage *s, table *t)
 {
     memcpy(s->stiffness, s->stiffness0, sizeof s->stiffness);
     memset(s->slope, 0, sizeof s->slope);
-    for (int i = 0; i < t->sections; i++)
-        EACH s->belt_time[i][l] = s->damping_time[0][l];
+    if (s->has_belt_damping)
+        for (int i = 0; i < t->sections; i++)
+            EACH s->belt_time[i][l] = s->damping_time[0][l];
     t->measure(s);
     run_port(s, PORT_BELT);
 }
@@ -71,13 +72,12 @@ INLINE void find_contact(stage *s, table *t)
 /* stiffness holds stiffness0 unless a belt law is active */
 INLINE void find_tension(stage *s, table *t)
 {
-    const int damped = s->has_belt_damping || hooked(s, PORT_BELT);
     if (hooked(s, PORT_BELT)) find_stiffness(s, t);
     if (hooked(s, PORT_CONTACT)) find_contact(s, t);
-    if (damped || hooked(s, PORT_TENSION)) find_rate(s, t);
+    if (s->has_belt_damping || hooked(s, PORT_TENSION)) find_rate(s, t);
     for (int i = 0; i < t->sections; i++)
         EACH s->tension[i][l] = s->stiffness[i][l] * s->elongation[i][l];
-    if (damped)
+    if (s->has_belt_damping)
         for (int i = 0; i < t->sections; i++)
             EACH s->tension[i][l] += s->stiffness[i][l] * s->belt_time[i][l] * s->rate[i][l];
     if (hooked(s, PORT_TENSION)) run_port(s, PORT_TENSION);

@@ -142,6 +142,7 @@ def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
     left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
         return incomplete(verdict, left)
+    verdict = replace(verdict, stands=left)
     if verdict.word != "nothing_missing":
         return verdict
     late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS

@@ -116,6 +116,7 @@ class Evidence:
     runners_up: tuple[RunnerUp, ...] = ()
     corner: CornerSize | None = None
     preflight: tuple[Finding, ...] = ()
+    leftover: tuple[float, float] | None = None  # gain [nats], standard score (specification.py)
     machine_name: str = ""
     topology: str = "corexy"  # the stage's drawing is shown for "corexy" only
     surrogate: str = ""  # one sentence where the machine is a stand-in, else empty

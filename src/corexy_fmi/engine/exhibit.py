@@ -152,6 +152,7 @@ def exhibit(
     findings: Sequence[Finding],
 ) -> Evidence:
     """Everything that the report may draw."""
+    left = verdict.left or verdict.stands
     traces = tuple(_trace(proof, k, machine) for k in range(len(proof.runs)))
     return Evidence(
         traces=traces,
@@ -161,6 +162,7 @@ def exhibit(
         runners_up=_runners_up(competition),
         corner=_corner(proof, fit, machine) if verdict.word != "nothing_missing" else None,
         preflight=tuple(findings),
+        leftover=(left.gain, left.score) if left else None,
         machine_name=machine.name,
         surrogate=machine.surrogate,
     )

@@ -17,29 +17,29 @@ ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted hypothesis: u (size,), the cost [nats] with noise scale and priors."""
+    """A fitted hypothesis: u (size,), the cost [nats] with noise scale and priors.
+
+    ``near`` is the Jacobian one insignificant step before u, where it is known.
+    """
 
     problem: Problem
     u: Array
     cost: float
     residual: Array
+    near: Array | None = None
 
     @cached_property
     def jacobian(self) -> Array:
         """Derivative (samples + size, size) of the residual at u."""
         if not np.isfinite(self.cost):
             return np.zeros((len(self.residual), self.problem.size))
-        return self.problem.jacobian(self.u, self.residual)
+        return self.problem.linearised(self.u)[1] if self.near is None else self.near
 
     def value(self, key: str) -> float:
         """Physical value of an unknown by its key."""
         names = [x.key for x in self.problem.unknowns]
         k = names.index(key)
         return float(self.problem.unknowns[k].value(self.u[k]))
-
-
-def _trial(u: Array, step: Array, low: Array, high: Array) -> Array:
-    return np.clip(u + step, low, high)
 
 
 def _directions(jacobian: Array, residual: Array, free: np.ndarray) -> Array:
@@ -70,30 +70,46 @@ def minimise(
     iterations: int = 12,
     enough: float = ENOUGH,
     borrowed: Array | None = None,
+    secants: int = 0,
 ) -> Fit:
     """Fit from a start (size,); deterministic, and monotone in cost.
 
-    ``borrowed`` is a Jacobian from nearby, NaN in the columns that are not known, for the first
-    iteration.
+    An iteration computes a Jacobian, or takes what is not NaN of ``borrowed``, one from nearby, and
+    steps by it; then up to ``secants`` times by Broyden's update of it (doi:10.1090/S0025-5718-1965
+    -0198670-6).
     """
     low, high = problem.limits()
-    u = np.clip(start, low, high)
-    residual = problem.residual(u[None])[0]
-    if not np.isfinite(residual).all():
-        return Fit(problem, u, np.inf, residual)
+    u, near = np.clip(start, low, high), None
+    residual = problem.residual(u[None])[0] if iterations == 0 else np.empty(0)
     for n in range(iterations):
-        jacobian = problem.jacobian(u, residual, borrowed if n == 0 else None)
-        free = ~_at_bound(u, jacobian.T @ residual, low, high)
-        trials = _trial(u, _directions(jacobian, residual, free), low, high)
-        results = problem.residual(trials)
-        costs = _costs(results)
-        best = int(np.argmin(costs))
-        gain = 0.5 * float(residual @ residual) - costs[best]
-        if gain > 0:
-            u, residual = trials[best], results[best]
-        if gain < enough and (n > 0 or borrowed is None):
+        residual, jacobian = problem.linearised(u, borrowed if n == 0 else None)
+        if not np.isfinite(residual).all():
+            return Fit(problem, u, np.inf, residual)
+        before, exact = 0.5 * float(residual @ residual), jacobian
+        for k in range(1 + secants):
+            step, after, gain = _step(problem, u, residual, jacobian, (low, high))
+            unforeseen = after - residual - jacobian @ step
+            if gain > 0:
+                u, residual = u + step, after
+            if gain <= enough or k == secants:
+                break
+            jacobian = jacobian + np.outer(unforeseen, step / (step @ step))
+        if before - 0.5 * float(residual @ residual) < enough and (n > 0 or borrowed is None):
+            near = exact
             break
-    return Fit(problem, u, 0.5 * float(residual @ residual) + problem.log_scale(), residual)
+    return Fit(problem, u, 0.5 * float(residual @ residual) + problem.log_scale(), residual, near)
+
+
+def _step(
+    problem: Problem, u: Array, residual: Array, jacobian: Array, limits: tuple[Array, Array]
+) -> tuple[Array, Array, float]:
+    """The best of all dampings' steps within limits: step, residual behind it, gain [nats]."""
+    free = ~_at_bound(u, jacobian.T @ residual, *limits)
+    trials = np.clip(u + _directions(jacobian, residual, free), *limits)
+    results = problem.residual(trials)
+    costs = _costs(results)
+    best = int(np.argmin(costs))
+    return trials[best] - u, results[best], 0.5 * float(residual @ residual) - float(costs[best])
 
 
 def own_noise(fit: Fit) -> Problem:

@@ -20,7 +20,11 @@ from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
-AHEAD, SHORT, FINALISTS, LAWS = 16, 3, 6, 4
+AHEAD, AHEAD_BLEACHED, SHORT, FINALISTS, LAWS = 16, 6, 3, 6, 4
+CLOSE, CLOSE_SHARE = (
+    40.0,
+    0.25,
+)  # [nats], and share of the best one's gain, behind which all is lost
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
 LEAST = 1.5  # [nats] that any other lead gains in the screen
@@ -107,21 +111,23 @@ def _short(seen: tuple[Lead, Fit]) -> Fit:
     near = lead.borrowed()
     begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
     best = min(begun, key=lambda f: f.cost)
-    return minimise(lead.problem, best.u, SHORT, 0.5)
+    return minimise(lead.problem, best.u, 1, 0.5, near, SHORT)
 
 
-def _shorts(leads: list[Lead], mapper: Mapper) -> list[Fit]:
-    """Short fits of the leads that are ahead after a glance, best first; the others as seen."""
+def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
+    """Short fits of the ``count`` leads that are ahead after a glance, best first; then the others
+    as seen.
+    """
     seen = list(zip(leads, mapper(_glance, leads), strict=True))
     # one step may mislead where much moves at once: the screen's first go on in any case
     order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, _rank(seen[n][1])))
-    ahead = [seen[n] for n in order[:AHEAD]]
-    return sorted(mapper(_short, ahead), key=_rank) + [seen[n][1] for n in order[AHEAD:]]
+    ahead = [seen[n] for n in order[:count]]
+    return sorted(mapper(_short, ahead), key=_rank) + [seen[n][1] for n in order[count:]]
 
 
-def _full(fit: Fit) -> Fit:
-    """A fit carried to its end, under its own noise."""
-    return settle(minimise(fit.problem, fit.u, 8))
+def _long(fit: Fit) -> Fit:
+    """A fit carried to its end, under the noise that it began with."""
+    return minimise(fit.problem, fit.u, 8)
 
 
 def _thin(leads: list[Lead], floor: float) -> list[Lead]:
@@ -149,12 +155,34 @@ def _round(
     rest: list[Fit] = []
     for start in [base, *_bleached(base)]:
         leads = _thin(screen(start, candidates, mapper), floor)
-        shorts = _shorts(leads, mapper)
+        shorts = _shorts(leads, mapper, AHEAD if start is base else AHEAD_BLEACHED)
         going = _contenders(start, shorts[:finalists])
-        finals += going
-        rest += shorts[len(going) :] if start is base else []
-    settled = sorted(mapper(_full, finals), key=_rank)
-    return _unique(settled) + rest
+        ended = sorted(mapper(_long, going), key=_rank)
+        close = [f for f in ended if _rank(f) - _rank(ended[0]) < _margin(start, ended[0])]
+        finals += close
+        rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
+    settled = sorted(mapper(settle, _once(finals)), key=_rank)
+    return settled + rest
+
+
+def _margin(start: Fit, best: Fit) -> float:
+    """Nats behind the best fit within which the noise of its own may still put another first."""
+    return CLOSE + CLOSE_SHARE * max(start.cost - _rank(best), 0.0)
+
+
+def _once(finals: list[Fit]) -> list[Fit]:
+    """Each hypothesis once: where two searches ended apart, from the end with less raw mismatch."""
+    best: dict[tuple[object, ...], tuple[float, Fit]] = {}
+    for fit in finals:
+        raw = float(np.sum(white_noise(fit).residual(fit.u[None]) ** 2))
+        known = best.get(_identity(fit))
+        if known is None or raw < known[0]:
+            best[_identity(fit)] = (raw, fit)
+    return [fit for _, fit in best.values()]
+
+
+def _identity(fit: Fit) -> tuple[object, ...]:
+    return (*fit.problem.hypothesis.key, fit.problem.hypothesis.law)
 
 
 def _contenders(start: Fit, shorts: list[Fit]) -> list[Fit]:
@@ -170,14 +198,6 @@ def _bleached(base: Fit) -> list[Fit]:
     if not any(len(n.coefficients) for models in base.problem.noise for n in models):
         return []
     return [minimise(white_noise(base), base.u, 8)]
-
-
-def _unique(fits: list[Fit]) -> list[Fit]:
-    """The first fit of each hypothesis."""
-    seen: dict[tuple[tuple[str, str], ...], Fit] = {}
-    for fit in fits:
-        seen.setdefault((*fit.problem.hypothesis.key, (str(fit.problem.hypothesis.law), "")), fit)
-    return list(seen.values())
 
 
 def _rank(fit: Fit) -> float:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import toeplitz
-from scipy.signal import lfilter
 
 from corexy_fmi.engine.samples import Samples
 from corexy_fmi.kernel.call import Array
@@ -30,8 +29,10 @@ class Noise:
         """Whitened errors, same shape (.., m), unit variance where the model holds."""
         fresh = warm_up(breaks, len(self.coefficients))
         with np.errstate(over="ignore", invalid="ignore"):  # a run that broke down is not finite
-            filtered = lfilter(np.r_[1.0, -self.coefficients], [1.0], errors, axis=-1)
-            white = filtered / self.innovation
+            white = np.array(errors)
+            for lag, a in enumerate(self.coefficients, 1):
+                white[..., lag:] -= a * errors[..., :-lag]
+            white /= self.innovation
             white[..., fresh] = errors[..., fresh] / self.marginal
         return np.asarray(white)
 

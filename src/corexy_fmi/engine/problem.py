@@ -188,30 +188,36 @@ class Problem:
         parts = [self._whiten(self.errors(u, r), r) for r in range(len(self.runs))]
         return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
 
-    def jacobian(self, u: Array, residual: Array, borrowed: Array | None = None) -> Array:
-        """Derivative (samples + size, size) of the residual at u (size,), one-sided differences.
+    def linearised(self, u: Array, borrowed: Array | None = None) -> tuple[Array, Array]:
+        """Residual (samples + size,) at u (size,) and its derivative (samples + size, size).
 
-        Where ``borrowed`` is given, only its columns that are NaN are computed.
+        One-sided differences, run as lanes beside u itself.  Where ``borrowed`` is given, only its
+        columns that are NaN are computed.
         """
+        samples = sum(run.count for run in self.runs)
         wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
-        steps, at = self._steps(u), 0
-        result = np.concatenate([np.zeros((len(residual) - self.size, self.size)),
-                                 np.diag(self.prior[1])])  # fmt: skip
+        slopes = np.zeros((samples + self.size, self.size))
+        slopes[samples:] = np.diag(self.prior[1])
         if borrowed is not None:
-            result[:, ~wanted] = borrowed[:, ~wanted]
+            slopes[:, ~wanted] = borrowed[:, ~wanted]
+        residual = np.concatenate([np.zeros(samples), (u - self.prior[0]) * self.prior[1]])
+        steps, at = self._steps(u), 0
         for r, run in enumerate(self.runs):
-            first = self.first_own(r)
-            moved = [k for k, x in enumerate(self.unknowns) if x.run in (None, r)]
-            own = np.array([*moved, *range(first, first + self.own)])
-            columns = own[wanted[own]]
-            if len(columns):
-                sets = np.repeat(u[None], len(columns), axis=0)
-                sets[np.arange(len(columns)), columns] += steps[columns]
-                white = self._whiten(self.errors(sets, r), r)
-                change = (white - residual[at : at + run.count]) / steps[columns, None]
-                result[at : at + run.count, columns] = change.T
-            at += run.count
-        return result
+            here, columns = slice(at, at := at + run.count), self._columns(r, wanted)
+            sets = np.repeat(u[None], len(columns) + 1, axis=0)
+            sets[1 + np.arange(len(columns)), columns] += steps[columns]
+            white = self._whiten(self.errors(sets, r), r)
+            residual[here] = white[0]
+            with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
+                slopes[here, columns] = ((white[1:] - white[0]) / steps[columns, None]).T
+        return residual, slopes
+
+    def _columns(self, run: int, wanted: np.ndarray) -> np.ndarray:
+        """Indices of the wanted unknowns that move a run."""
+        first = self.first_own(run)
+        moved = [k for k, x in enumerate(self.unknowns) if x.run in (None, run)]
+        own = np.array([*moved, *range(first, first + self.own)])
+        return own[wanted[own]]
 
     def _steps(self, u: Array) -> Array:
         """Step of each difference, turned inwards at an upper bound."""

@@ -64,7 +64,7 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
     instance = hypothesis.uses[-1]
     local = any(p.local for p in instance.effect.parameters)
     found = (by_run if local else scores)(base, problem, instance, u, q, offered)
-    starts = np.array([row_of(problem, u, instance, s.values) for s in found[: 2 * TRIED]])
+    starts = np.array([row_of(problem, u, instance, s.values) for s in found[:TRIED]])
     gains = _reach(base, problem, starts, q)
     order = np.argsort(-gains, kind="stable")[:KEPT]
     top = float(gains[order[0]])

@@ -18,7 +18,7 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 @dataclass(frozen=True, eq=False)
 class Verdict:
     """The word, the entry it stands on, the classes of equals, what shows that it is so, the winner
-    that was refuted, and what that left over.
+    that was refuted, what that left over, and what the fit that stands leaves.
     """
 
     word: str
@@ -27,6 +27,7 @@ class Verdict:
     reason: str = ""
     refuted: Entry | None = None
     left: Leftover | None = None
+    stands: Leftover | None = None
 
 
 def excess_removed(retuned: float, explained: float, noise: float) -> float:

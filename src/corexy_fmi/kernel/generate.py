@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from corexy_fmi.effects.api import DC, STEPPER
-from corexy_fmi.kernel.law_code import law_code, on_code, on_expression
+from corexy_fmi.kernel.law_code import law_code, on_code, on_expression, writes_damping
 from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, Instance, Layout
 from corexy_fmi.kernel.ports import HOST, PORTS
 from corexy_fmi.kernel.topology_code import topology_code
@@ -20,7 +20,7 @@ STRUCTS = """\
 struct call {
     int port;
     void (*law)(stage *, int, int, int);
-    int parameter, memory, place, drives, instance;
+    int parameter, memory, place, drives, damps, instance;
 };
 struct instance {
     int (*on)(const stage *, int, int);
@@ -59,6 +59,7 @@ def _calls(instance: Instance) -> list[str]:
             if law.port not in HOST and law.applies(instance.location, place):
                 memory = instance.memory + instance.memory_step * position
                 where = f"{instance.parameter}, {memory}, {place}, {_drives(law.drives)}"
+                where += f", {int(writes_damping(effect, law))}"
                 rows.append(f"PORT_{law.port.upper()}, {effect.name}_{index}, {where}")
     return rows
 

@@ -44,6 +44,13 @@ def _target(effect: Effect, law: Law, name: str) -> str:
     return _lvalue(law.port, name)
 
 
+def writes_damping(effect: Effect, law: Law) -> bool:
+    """Whether a law changes how a belt section is damped, which costs the rates of all sections."""
+    results = law.function(**symbols(argument_names(law.function)))
+    names = [n for n in results if n not in effect.memory]
+    return any(PORTS[law.port].variables[n][0] == "belt_time" for n in names)
+
+
 def check_names(effect: Effect) -> None:
     """Names of memory and parameters become C variables beside the ports' and the generator's own.
 

@@ -131,7 +131,15 @@ def _find_forces(stage: Stage) -> str:
         lines += [f"s->tension[{n}][l] = tension{n};"]
     for i, force in enumerate(_forces(stage, "tension{}", ("r", "r"))):
         lines += _first_forces(i, force) if i < FIRST_IDLER else _idler_step(i, force)
-    return _of_stage(stage, "find_forces", lines)
+    name = f"{stage.name}_find_forces"
+    inner = _function(
+        f"{name}_as(stage *s, const int smooth)", lines, "    (void)s; (void)smooth;\n"
+    )
+    return (
+        inner.replace("static void", "INLINE void", 1)
+        + f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1);\n"
+        f"    else {name}_as(s, 0);\n}}\n"
+    )
 
 
 def _first_forces(i: int, force: str) -> list[str]:
@@ -140,7 +148,7 @@ def _first_forces(i: int, force: str) -> list[str]:
 
 def _idler_step(i: int, force: str) -> list[str]:
     return [
-        f"v{i} = kicked_free(s, {i}, l, v{i}, {force});",
+        f"v{i} = kicked_free(s, {i}, l, v{i}, {force}, smooth);",
         f"s->v[{i}][l] = v{i};",
         f"s->q[{i}][l] = drifted(q{i}, v{i}, half);",
     ]
