@@ -19,6 +19,7 @@ from engine_kit import (
     with_effects,
 )
 
+from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.diagnose import Diagnosis
 from corexy_fmi.kernel.call import run_lanes
@@ -184,3 +185,15 @@ def test_a_swapped_recording_is_put_right_first():
         for text in ("x and y in mm, expected m",
                      "x and y swapped against the command, or motor 2 turns the wrong way")
     ]  # fmt: skip
+
+
+def test_spikes_in_the_data_kept_back_are_no_physics():
+    (train,), (judge,) = pair(machine())
+    random = np.random.default_rng(5)
+    hit = random.random(len(judge)) < 0.003
+    spiked = judge["x"] + 30 * NOISE * hit * random.choice([-1, 1], len(judge))
+    judge = replace(judge, channels={**judge.channels, "x": spiked})
+    few = frozenset(catalogue()) - {"backlash"}  # to save time
+    found = diagnose([train], [judge], machine(), without=few)
+    assert found.document["verdict"] == "nothing_missing"
+    assert found.document["heldout"]["rms_retuned"] == pytest.approx(NOISE, rel=0.1)

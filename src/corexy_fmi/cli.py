@@ -15,6 +15,7 @@ from corexy_fmi.commands import (
     effects,
     hil,
     import_,
+    plan,
     rectangle,
     simulate,
 )
@@ -35,6 +36,7 @@ app.command("demo")(demo.demo)
 app.command("rectangle")(rectangle.rectangle)
 app.command("simulate")(simulate.simulate)
 app.command("diagnose", cls=diagnose.ManyHoldouts)(diagnose.diagnose)
+app.command("plan")(plan.plan)
 app.command("effects")(effects.effects)
 app.command("build")(build.build)
 app.add_typer(import_.app, name="import")

@@ -13,7 +13,8 @@ from corexy_fmi.recording import read_recording
 
 SMALL = ("--width", "0.02", "--height", "0.015", "--speed", "0.039")
 COMMANDS = (
-    "demo", "rectangle", "simulate", "diagnose", "effects", "build", "import", "import klipper",
+    "demo", "rectangle", "simulate", "diagnose", "effects", "build", "plan", "import",
+    "import klipper",
 )  # fmt: skip
 PLANTS = ("model", "fmu")
 

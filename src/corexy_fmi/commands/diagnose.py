@@ -28,7 +28,7 @@ from corexy_fmi.effects import catalogue, load_file
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_folder
 from corexy_fmi.machine import Machine, load_machine, save_machine
-from corexy_fmi.recording import Recording, check_drive, read_recording
+from corexy_fmi.recording import Recording, check_drive, read_recording, write_recording
 
 HOLDOUT = "--holdout"
 
@@ -108,6 +108,9 @@ def diagnose(
     show_verdict(document)
     for name in ("report.html", "diagnosis.json", "machine.toml", "CoreXY.fmu"):
         say(f"{out / name}")
+    if document["next_experiment"]:
+        say(f"next: {document['next_experiment']['why']}")
+        say(f"{out / document['next_experiment']['program']}")
 
 
 def write_diagnosis(
@@ -140,6 +143,8 @@ def write_diagnosis(
     (folder / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
     write_report(folder / "report.html", document, found.evidence)
     save_machine(found.machine, folder / "machine.toml")
+    if found.experiment is not None:
+        write_recording(found.experiment.order, folder / found.experiment.order.name)
     own = load_file(effects_file) if effects_file else None
     known = catalogue() | {own.name: own} if own else None
     build_fmu(folder, found.machine, effects=known)

@@ -18,6 +18,7 @@ from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.evidence import Evidence, Finding
 from corexy_fmi.engine.exhibit import exhibit
+from corexy_fmi.engine.experiment import Experiment, next_experiment
 from corexy_fmi.engine.fit import Fit, minimise, settle
 from corexy_fmi.engine.local import last_parts
 from corexy_fmi.engine.model import tuned_machine
@@ -25,7 +26,7 @@ from corexy_fmi.engine.name import Competition, Mapper, compete, form_floor
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.prove import Proof, prove
+from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
@@ -44,11 +45,14 @@ HIDDEN = 0.5  # [nats] that a longer micro-step may change
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """``document`` of CONTRACT 4 without seconds, the explained machine, and the evidence."""
+    """``document`` of CONTRACT 4 without seconds, the explained machine, the evidence, and what to
+    run next where the verdict is ``ambiguous``.
+    """
 
     document: dict[str, Any]
     machine: Machine
     evidence: Evidence
+    experiment: Experiment | None = None
 
 
 @contextmanager
@@ -191,18 +195,32 @@ def diagnose(
             for i in instances(layout, machine, without)
         ]
         leads = screen(fit, others, mapper)
+        experiment = next_experiment(verdict, competition, machine, mapper)
     paper = _document(
         verdict, competition, fit, proof, leads, machine, machine_assumed, not holdout
     )
+    if experiment is not None:
+        paper["next_experiment"] = {"why": experiment.why, "program": experiment.order.name}
     shown = exhibit(verdict, competition, fit, proof, machine, findings + more)
     tell("done", 1.0)
-    return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown)
+    return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)
+
+
+def _despiked(
+    layout: Layout, retuned: Machine, competition: Competition, kept: Sequence[Run]
+) -> list[Run]:
+    """The data kept back without their spikes, as the training data were fitted."""
+    train, noise = competition.retuned.problem.runs, competition.retuned.problem.noise
+    runs = [judged(run, train) for run in kept]
+    fits = [replay(layout, retuned, r, channel_noise(train, noise, r)).fit for r in runs]
+    return [run for fit in fits for run in without_spikes(fit)]
 
 
 def _judge(
     layout: Layout, machine: Machine, competition: Competition, kept: Sequence[Run], weak: bool
 ) -> tuple[Verdict, Fit, Proof]:
     """The verdict with its fit and proof; where held-out data lower it, proved again."""
+    kept = _despiked(layout, tuned_machine(competition.retuned, machine.name), competition, kept)
     first = decide(competition, None)
     fit = _final(competition, first)
     proof = _prove(layout, machine, competition, fit, kept)

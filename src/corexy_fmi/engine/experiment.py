@@ -1,0 +1,85 @@
+"""The next experiment: of some short programs the one on which rivals part most (T-optimal design,
+Atkinson and Fedorov, Biometrika 1975, doi:10.1093/biomet/62.1.57).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.foresee import Sensing, imagined, parting
+from corexy_fmi.engine.name import THRESHOLD, Competition, Mapper
+from corexy_fmi.engine.verdict import Verdict
+from corexy_fmi.errors import InputError
+from corexy_fmi.machine import Machine
+from corexy_fmi.programs import named_command, programs, recorded_limits
+from corexy_fmi.recording import Recording, controller
+
+FILE = "next_experiment.csv"
+RIVALS = 4
+SETTLES = 30.0  # [1] E_sep: 15 +- 5.5 nats for the true one, 2.9 TEMPERATURE + 5.5 are needed
+MOST = 20  # repeats
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A program for the machine, and why: ``order`` holds phi1, phi2 [rad]."""
+
+    order: Recording
+    why: str
+
+
+def rivals(verdict: Verdict, competition: Competition) -> list[Fit]:
+    """The fits that the data left side by side; without effects too where its class is listed."""
+    wanted = [key for group in verdict.classes for key in group]
+    found = [e.fit for e in competition.entries if e.hypothesis.key in wanted and e.hypothesis.uses]
+    weak = verdict.entry is not None and verdict.entry.gain < THRESHOLD
+    return [*found[:RIVALS], *([competition.retuned] if () in wanted or weak else [])]
+
+
+def next_experiment(
+    verdict: Verdict, competition: Competition, machine: Machine, mapper: Mapper
+) -> Experiment | None:
+    """The program that separates an ambiguous verdict's rivals best; None for other verdicts.
+
+    It goes no farther, no faster and no harder than the recordings did.
+    """
+    if verdict.word != "ambiguous":
+        return None
+    fits = rivals(verdict, competition)
+    recordings = [run.recording for run in competition.retuned.problem.runs]
+    driven = all("phi1" in r for r in recordings)
+    if len(fits) < 2 or not driven or machine.fidelity == "kinematic":
+        return None
+    try:
+        limits = recorded_limits(recordings, machine)
+    except InputError:  # nothing moved
+        return None
+    orders = [named_command(FILE, motion, machine) for motion in programs(limits).values()]
+    sensing = Sensing.like(competition.retuned)
+
+    def least(order: Recording) -> float:
+        run = imagined(order, _with_loop(machine, recordings), sensing)
+        return min(parting(a, b, run, sensing) for a, b in permutations(fits, 2))
+
+    found = list(mapper(least, orders))
+    best = max(range(len(found)), key=lambda n: found[n])
+    return Experiment(orders[best], _why(list(programs(limits))[best], fits, found[best]))
+
+
+def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:
+    """The machine with the loop that its recordings were run in."""
+    return replace(machine, controller=controller(recordings[0]) or machine.controller)
+
+
+def _why(name: str, fits: list[Fit], parted: float) -> str:
+    labels = [f.problem.hypothesis.label if f.problem.hypothesis.uses else "retuned parameters"
+              for f in fits]  # fmt: skip
+    told = f"{', '.join(labels[:-1])} and {labels[-1]}"
+    times = math.ceil(SETTLES / max(parted, 1e-9))
+    if times > MOST:
+        return f"even the {name} hardly part {told}: {parted:.1f} noise units squared at least"
+    repeat = "once is enough" if times == 1 else f"run it {times} times"
+    return f"the {name} part {told} by {parted:.0f} noise units squared at least; {repeat}"
