@@ -16,6 +16,7 @@ from corexy_fmi.commands import (
     hil,
     import_,
     rectangle,
+    reproduce,
     simulate,
 )
 from corexy_fmi.errors import InputError
@@ -39,6 +40,7 @@ app.command("effects")(effects.effects)
 app.command("build")(build.build)
 app.add_typer(import_.app, name="import")
 app.add_typer(hil.app, name="hil")
+app.add_typer(reproduce.app, name="reproduce")
 
 
 def main() -> None:
