@@ -12,6 +12,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
 from corexy_fmi.reproduce.claims import CRITERIA, JUDGED, judge
 from corexy_fmi.reproduce.claims_tables import evidence, pulses
+from corexy_fmi.reproduce.gain import gain
 from corexy_fmi.reproduce.measure import measure
 from corexy_fmi.reproduce.paper import CHOSEN, CLAIMS, OTHER, SETS, bundled
 from corexy_fmi.reproduce.result import Cell, Result, Table
@@ -43,8 +44,9 @@ def claims(count: int, seed: int, report: Report) -> Result:
     verdicts = judge(measures)
     tables = [_verdict_table(verdicts), evidence(ORDER, measures, named), pulses(named[0])]
     known, held, notes = {}, np.zeros(0, dtype=bool), []
+    sets = drawn(bundled(REFERENCE).parameters, count, seed)
+    tables.append(gain(ORDER, named, sets))
     if count:
-        sets = drawn(bundled(REFERENCE).parameters, count, seed)
         judged = judge(measure(sets, lambda share: report("drawn sets", share)))
         known, held = quantities(sets), np.all([judged[name] for name in CORE], axis=0)
         tables += [_fractions(judged, held), _deciders(known, judged | {ALL: held})]

@@ -19,7 +19,7 @@ from corexy_fmi.reproduce.plant import plant
 from corexy_fmi.reproduce.result import Cell, Result, Table
 
 WIDTH, HEIGHT, LOOPS = 0.06, 0.04, 20  # [m]; the paper's sizes did not reach us
-COLOURS = {"ideal": "#888888", "4-DoF": "#d95f02", "full": "#1f5fbf"}
+COLOURS = {"ideal": "#888888", "4-DoF": "#d95f02", "condensed": "#8e44ad", "full": "#1f5fbf"}
 MILLI = 1e3  # [mm/m]
 THIN = 40  # of the rows of a straight run, one in so many is drawn
 HEAD = (

@@ -19,6 +19,7 @@ ALL_SPEEDS = (0.010, 0.020, 0.030, 0.039, 0.050, 0.060, 0.070, 0.079)  # [m/s]
 GAP = "full - 4-DoF"
 HEAD = ("turn", "speed [m/s]", "model", "error [mm]", "overshoot [mm]", "reference [mm]")
 FIT_HEAD = ("turn", "line", "slope [mm per m/s]", "at rest [mm]", "r squared")
+SHORT_HEAD = ("turn", "speed [m/s]", "4-DoF", "condensed")
 Array = NDArray[np.float64]
 Curves = Mapping[tuple[str, str], Array]  # (model, turn) to (speeds, 2): error, overshoot [mm]
 
@@ -34,8 +35,12 @@ def fig4(machine: Machine, report: Callable[[str, float], None]) -> Result:
         tables=(
             Table("Corners through the FMU", HEAD, tuple(_points(machine, curves))),
             Table("Straight lines through them", FIT_HEAD, tuple(_fits(curves))),
+            Table("Short of the full model", SHORT_HEAD, tuple(_short(curves))),
         ),
-        notes=("reference: the project's specification, P1, another solver",),
+        notes=(
+            "reference: the project's specification, P1, another solver",
+            "condensed is no model of the paper: its 4-DoF model with idlers at static weights",
+        ),
         draw=lambda figure: _draw(figure, curves),
     )
 
@@ -85,6 +90,17 @@ def _fits(curves: Curves) -> list[tuple[Cell, ...]]:
         for name, values in _lines(curves, turn).items():
             if name != "ideal":
                 rows.append((turn, name, *straight_line(values)))
+    return rows
+
+
+def _short(curves: Curves) -> list[tuple[Cell, ...]]:
+    """What both 4-DoF models miss of the full model's error, relative."""
+    rows: list[tuple[Cell, ...]] = []
+    for turn in TURNS:
+        for i, speed in enumerate(ALL_SPEEDS):
+            full = float(curves["full", turn][i, 0])
+            models = [float(curves[m, turn][i, 0]) for m in ("4-DoF", "condensed")]
+            rows.append((turn, speed, *(m / full - 1 if full > 0 else None for m in models)))
     return rows
 
 

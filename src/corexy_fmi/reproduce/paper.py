@@ -11,7 +11,7 @@ from corexy_fmi.machine import Machine, load_machine, models_folder
 SPEEDS = (0.020, 0.039, 0.079)  # [m/s]
 SETS = {"P0": "light_bench", "P1": "yin2018", "P2": "gt2_printer"}
 STEP_ANGLE = 1.8  # [degree] of a full step
-MODELS = {"ideal": "kinematic", "4-DoF": "reduced", "full": "full"}  # and their fidelity
+MODELS = {"ideal": "kinematic", "4-DoF": "reduced", "condensed": "condensed", "full": "full"}
 
 SINGLE = {  # [mm] one corner, the other axis never moved before; P1 at the three speeds
     ("full", "x->y"): (0.309, 0.572, 1.127),
