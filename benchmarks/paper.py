@@ -41,8 +41,9 @@ another solver, not the paper. What is wrong in the printed equations: [errata.m
 **In short.** On P1 the claims (a) to (e) hold, and (f) without Coulomb friction; with it a floor
 stays. On P0 and P2 most do not: these overshoot, and eq. (17) reads about zero. Of the sets drawn
 from plausible ranges {share:.0%} satisfy all six; of these {both:.0%} are overdamped in both axes.
-The 4-DoF model falls short of the full one at P1's corners (79 mm/s) by {was}; with its idlers at
-static weights (`fidelity = "condensed"`, not the paper's) by {now}.
+The 4-DoF model falls short of the full one at P1's corners (79 mm/s) by {was};
+with its idlers at static weights (`fidelity = "condensed"`, not the paper's) by
+{now}.
 
 `corexy reproduce fig3|fig4|fig5|claims` writes the whole tables; here are the parts that can be
 compared. Measured at commit {commit}.
@@ -104,7 +105,7 @@ def page(study: dict[str, Any]) -> str:
 
 def _shortfall(document: dict[str, Any], model: str) -> str:
     """What a model misses of the full one's error at the highest speed, both turns."""
-    rows = next(t["rows"] for t in document["tables"] if t["title"].startswith("Short of"))
+    rows = next(t["rows"] for t in document["tables"] if t["title"].startswith("Error over"))
     last = [row for row in rows if row["speed [m/s]"] == SPEEDS[-1]]
     return " and ".join(f"{-row[model]:.0%} ({row['turn']})" for row in last)
 

@@ -35,7 +35,7 @@ def fig4(machine: Machine, report: Callable[[str, float], None]) -> Result:
         tables=(
             Table("Corners through the FMU", HEAD, tuple(_points(machine, curves))),
             Table("Straight lines through them", FIT_HEAD, tuple(_fits(curves))),
-            Table("Short of the full model", SHORT_HEAD, tuple(_short(curves))),
+            Table("Error over that of the full model, less one", SHORT_HEAD, tuple(_short(curves))),
         ),
         notes=(
             "reference: the project's specification, P1, another solver",
