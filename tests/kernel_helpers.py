@@ -12,6 +12,7 @@ from corexy_fmi.kernel.call import Excitation, run_lanes
 from corexy_fmi.kernel.compiler import SUFFIX, compile_library, native_sources, write_generated
 from corexy_fmi.kernel.layout import bundled_layout, nominal_index
 from corexy_fmi.machine import load_machine
+from corexy_fmi.machine.check import STEPPER_ONLY
 from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import STAGES
 from corexy_fmi.topology.corexy import equivalent_stiffness
@@ -78,7 +79,7 @@ def start_values(effect, which=0):
     return [p.starts[min(which, len(p.starts) - 1)] for p in effect.parameters]
 
 
-def cases(fidelities=("full", "reduced", "kinematic"), drives=("stepper", "dc")):
+def cases(fidelities=tuple(STAGES), drives=("stepper", "dc")):
     """Every (effect, location, fidelity, drive) that exists."""
     return [
         (effect.name, location, fidelity, drive)
@@ -88,7 +89,7 @@ def cases(fidelities=("full", "reduced", "kinematic"), drives=("stepper", "dc"))
         for drive in drives
         if fidelity in effect.fidelities
         and drive in effect.drives
-        and not (fidelity == "kinematic" and drive == "dc")
+        and not (fidelity in STEPPER_ONLY and drive == "dc")
         and not (fidelity != "full" and location.startswith("pulley"))
     ]
 

@@ -232,6 +232,7 @@ def test_parameters_that_contradict_each_other_are_refused() -> None:
     [
         ({"carriage.clipSpacing": 0.3}, {}, "bridge.pulleySpacing"),
         ({}, {"drive": 2, "fidelity": 3}, "kinematic"),
+        ({}, {"drive": 2, "fidelity": 4}, "condensed"),
         ({"effects.free_form.x.knots[1]": 1.0}, {"effects.free_form.x.count": 2}, "increasing"),
         ({"effects.stepper_compliance.motors.holding_torque": 0.3}, {"drive": 2}, "dc"),
     ],

@@ -75,7 +75,7 @@ def test_the_flavours_agree() -> None:
     assert largest(*runs) < 1e-12
 
 
-@pytest.mark.parametrize("fidelity", ["reduced", "kinematic"])
+@pytest.mark.parametrize("fidelity", ["reduced", "kinematic", "condensed"])
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_other_fidelities_equal_the_kernel(fidelity: str, flavour: str) -> None:
     """Chosen by the enumeration; kinematic is eq. (1)."""

@@ -126,6 +126,7 @@ BAD = {
     "topology": ("[machine]\ntopology = 'h_frame'", "machine.topology: found 'h_frame'"),
     "drive": ("[machine]\ndrive = 'step'", "nearest known: stepper"),
     "fidelity": ("[machine]\nfidelity = 'ful'", "nearest known: full"),
+    "condensed dc": ("[machine]\ndrive='dc'\nfidelity='condensed'", "knows no dc drive"),
     "kinematic dc": ("[machine]\ndrive='dc'\nfidelity='kinematic'", "knows no dc drive"),
     "controller of a stepper": ("[controller]\nkp = 1\nkd = 0", "only where drive = 'dc'"),
     "controller key": ("[machine]\ndrive='dc'\n[controller]\nki = 1", "unknown key 'ki'"),

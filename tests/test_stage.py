@@ -8,8 +8,8 @@ from kernel_helpers import DC, MACHINES, Probe, drive, lively, parameters, polyl
 from benchmarks.exact_stage import lagrange, matrices, section_stiffness
 from corexy_fmi.corners import contour_error
 from corexy_fmi.parameters import NOMINAL
-from corexy_fmi.topology import FULL, REDUCED, STAGES
-from corexy_fmi.topology.corexy import equivalent_stiffness
+from corexy_fmi.topology import CONDENSED, FULL, REDUCED, STAGES
+from corexy_fmi.topology.corexy import equivalent_stiffness, idler_weights
 
 RADIUS = 5e-3
 SPEEDS = (0.020, 0.039, 0.079)  # [m/s] of PHYSICS 5
@@ -229,7 +229,7 @@ def vibration(probe, stage, p, count, pieces, step):
     return np.array(found)
 
 
-@pytest.mark.parametrize("fidelity", ["full", "reduced"])
+@pytest.mark.parametrize("fidelity", ["full", "reduced", "condensed"])
 def test_energy_is_conserved_without_friction(fidelity):
     """200 000 steps: the error is bounded, of second order, and does not drift."""
     p = parameters() | dict.fromkeys(FRICTIONS, 0.0)
@@ -242,7 +242,7 @@ def test_energy_is_conserved_without_friction(fidelity):
     assert np.ptp(fine) / np.ptp(coarse) == pytest.approx(0.25, rel=0.1)
 
 
-@pytest.mark.parametrize("fidelity", ["full", "reduced"])
+@pytest.mark.parametrize("fidelity", ["full", "reduced", "condensed"])
 @pytest.mark.parametrize("kind", ["viscous", "coulomb"])
 def test_energy_falls_with_friction(fidelity, kind):
     others = [name for name in FRICTIONS if kind not in name]
@@ -333,3 +333,42 @@ def test_dc_motors_reach_the_speed_of_their_balance():
     _, v = probe.get()
     assert v[0] == pytest.approx(expected, rel=1e-6)
     assert abs(v[1]) < 1e-9
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_condensed_idlers_burden_by_their_static_weights(machine):
+    """Against the condensation of the full stiffness matrix; PHYSICS 2 gives P1's weights."""
+    p, r = parameters(machine), parameters(machine)["pulley_radius"]
+    k = FULL.stiffness_matrix(p)
+    follow = -r * np.linalg.solve(k[4:, 4:], k[4:, :4])  # r phi_j over x, y, phi1, phi2
+    rolled = r * equation_1(FULL, r)[4:]
+    in_x, in_y = (follow[:, axis] @ rolled[:, axis] for axis in (0, 1))
+    assert idler_weights(p) == pytest.approx((in_x, in_y))
+    c, base = CONDENSED.constants(p, 0.0), REDUCED.constants(p, 0.0)
+    per_idler = p["pulley_viscous_friction"] / r**2
+    assert c.viscous[0] == pytest.approx(p["carriage_viscous_friction"] + in_x * per_idler)
+    assert c.viscous[1] == pytest.approx(p["bridge_viscous_friction"] + in_y * per_idler)
+    assert c.mass[0] - p["carriage_mass"] == pytest.approx(in_x * p["pulley_inertia"] / r**2)
+    assert c.stiffness == base.stiffness
+    if machine == "yin2018":
+        assert np.abs(follow[:, 0]) == pytest.approx(
+            [0.625, 0.625, 0.885, 0.885, 0.692, 0.692, 0.385, 0.385], abs=1e-3
+        )
+        assert np.abs(follow[:, 1]) == pytest.approx(
+            [0.375, 0.375, 0.115, 0.115, 0.692, 0.692, 0.385, 0.385], abs=1e-3
+        )
+
+
+@pytest.mark.parametrize(("turn", "short", "was"), [("x->y", -0.04, -0.14), ("y->x", -0.14, -0.81)])
+def test_condensed_cuts_the_shortfall(turn, short, was):
+    """PHYSICS 2: from -14 % / -81 % to -4 % / -14 % of the full model's corner error in P1."""
+    first, second = ((1, 0), (0, 1)) if turn == "x->y" else ((0, -1), (1, 0))
+    corner = 0.12 * np.array(first)
+    given = drive(*polyline([(0, 0), corner, corner + 0.12 * np.array(second)], 0.079))
+    window = slice(len(given.time) // 4, None)
+    full, reduced, condensed = (
+        error_mm(given, corner, first, second, window, fidelity=f)
+        for f in ("full", "reduced", "condensed")
+    )
+    assert condensed / full - 1 == pytest.approx(short, abs=0.005)
+    assert reduced / full - 1 == pytest.approx(was, abs=0.005)

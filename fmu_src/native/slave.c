@@ -94,10 +94,11 @@ int slave_load_parameter(slave *s, int place, double value, char *why)
 
 /* what must hold between parameters */
 
+static const char *const fidelities[] = {"full", "reduced", "kinematic", "condensed"};
+
 static int check_effects(const slave *s, char *why)
 {
     static const char *const drives[] = {"stepper", "dc"};
-    static const char *const fidelities[] = {"full", "reduced", "kinematic"};
     for (int i = 0; i < CLAIM_COUNT; i++) {
         const struct claim *c = &CLAIMS[i];
         const int drive = s->choice[CHOICE_DRIVE], fidelity = s->choice[CHOICE_FIDELITY];
@@ -128,8 +129,9 @@ static int check_free_forms(const slave *s, char *why)
 int slave_check_parameters(const slave *s, char *why)
 {
     const lane *p = s->stage.parameter;
-    if (s->choice[CHOICE_DRIVE] == DC && s->choice[CHOICE_FIDELITY] == KINEMATIC)
-        REFUSE("fidelity: kinematic knows no dc drive, expected full or reduced");
+    const int fidelity = s->choice[CHOICE_FIDELITY];
+    if (s->choice[CHOICE_DRIVE] == DC && (fidelity == KINEMATIC || fidelity == CONDENSED))
+        REFUSE("fidelity: %s knows no dc drive, expected full or reduced", fidelities[fidelity]);
     if (!(p[PARAMETER_CLIP_SPACING][0] < p[PARAMETER_BRIDGE_PULLEY_SPACING][0]))
         REFUSE("%s: found %g m, expected less than %s = %g m", parameter_name(PARAMETER_CLIP_SPACING),
                p[PARAMETER_CLIP_SPACING][0], parameter_name(PARAMETER_BRIDGE_PULLEY_SPACING),

@@ -305,7 +305,8 @@ static void micro_step(stage *s, double end)
     s->elapsed = s->now - s->begun;
     switch (s->topology) {
     case FULL: move(s, &TOPOLOGIES[FULL]); break;
-    case REDUCED: move(s, &TOPOLOGIES[REDUCED]); break;
+    case REDUCED:
+    case CONDENSED: move(s, &TOPOLOGIES[REDUCED]); break; /* same sections, other constants */
     default: follow(s, end);
     }
     s->time = end;

@@ -17,6 +17,7 @@ from corexy_fmi.commands import (
     import_,
     plan,
     rectangle,
+    reproduce,
     simulate,
 )
 from corexy_fmi.errors import InputError
@@ -41,6 +42,7 @@ app.command("effects")(effects.effects)
 app.command("build")(build.build)
 app.add_typer(import_.app, name="import")
 app.add_typer(hil.app, name="hil")
+app.add_typer(reproduce.app, name="reproduce")
 
 
 def main() -> None:

@@ -56,6 +56,12 @@ BAD = {
         (*RECTANGLE, "--machine", "typo.toml"),
         "unknown parameter 'carriage_mas'; nearest known: carriage_mass",
     ),
+    "set that is none": (
+        ("reproduce", "fig4", "--machine", "voron2_250"),
+        "found 'voron2_250', expected one of",
+    ),
+    "sets below none": (("reproduce", "claims", "--sets", "-1"), "sets: found -1, expected"),
+    "one loop": (("reproduce", "fig3", "--loops", "1"), "loops: found 1, expected at least 2"),
     "dc without loop": ((*RECTANGLE, "--machine", "open.toml"), "no [controller], expected"),
     "off the stage": ((*RECTANGLE, "--width", "0.19"), "leaves the stage"),
     "negative size": ((*RECTANGLE, "--width", "-1"), "width: found -1.0, expected a positive"),

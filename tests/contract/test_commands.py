@@ -14,7 +14,7 @@ from corexy_fmi.recording import read_recording
 SMALL = ("--width", "0.02", "--height", "0.015", "--speed", "0.039")
 COMMANDS = (
     "demo", "rectangle", "simulate", "diagnose", "effects", "build", "plan", "import",
-    "import klipper",
+    "import klipper", "reproduce fig3", "reproduce fig4", "reproduce fig5", "reproduce claims",
 )  # fmt: skip
 PLANTS = ("model", "fmu")
 
@@ -143,3 +143,13 @@ def test_import_klipper(corexy, tmp_path):
     recording = read_recording(tmp_path / "imported.csv")
     assert recording.measured == ("ax", "ay")
     assert recording["phi1"][0] == pytest.approx(-0.025 / 6.366e-3)
+
+
+def test_reproduce_writes_what_it_shows(corexy, tmp_path):
+    done = corexy("reproduce", "claims", "--sets", 8, "--out", "again")
+    assert done.returncode == 0
+    assert "surrogate" in done.stdout
+    names = {path.name for path in (tmp_path / "again").iterdir()}
+    assert names == {"claims.json", "claims.md", "claims.svg"}
+    said = corexy("reproduce", "claims", "--sets", 8, "--out", "again", "--json")
+    assert json.loads(said.stdout) == json.loads((tmp_path / "again/claims.json").read_text())

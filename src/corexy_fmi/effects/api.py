@@ -16,7 +16,8 @@ MOTORS = {"motor1": (0,), "motor2": (1,), "motors": (0, 1)}
 BELTS = {"belts": tuple(range(12))}
 SENSOR = {"sensor": (0,)}
 STEPPER, DC = "stepper", "dc"
-EVERYWHERE = ("full", "reduced", "kinematic")
+DYNAMIC = ("full", "reduced", "condensed")
+EVERYWHERE = (*DYNAMIC, "kinematic")
 ROTOR_TEETH = 50  # of a stepper motor with steps of 1.8 degrees: electrical cycles a turn
 TWO_PI = 6.283185307179586
 PHASES = (0.0, TWO_PI / 3, -TWO_PI / 3)  # starts of a phase
@@ -89,7 +90,7 @@ class Effect:
     state: str  # located.state of CONTRACT 4
     coordinate: str | None = None  # located.coordinate where it is not the location itself
     drives: tuple[str, ...] = (STEPPER, DC)
-    fidelities: tuple[str, ...] = ("full", "reduced")
+    fidelities: tuple[str, ...] = DYNAMIC
     memory: tuple[str, ...] = ()  # names of the scalars it remembers for each place
     shared: bool = False  # all places share one memory: a coordinate of its own
     frees_rotor: bool = False  # the motor angle becomes a degree of freedom (stepper)

@@ -5,7 +5,7 @@
 Source: Schwenke et al., CIRP Annals 57(2), 2008, doi:10.1016/j.cirp.2008.09.008 (squareness).
 """
 
-from corexy_fmi.effects.api import SENSOR, Effect, Law, Parameter
+from corexy_fmi.effects.api import EVERYWHERE, SENSOR, Effect, Law, Parameter
 
 
 def skew(x, y, ax, ay, angle):
@@ -30,5 +30,5 @@ EFFECT = Effect(
     looks_like="x is wrong in proportion to y",
     state="position",
     coordinate="sensor",
-    fidelities=("full", "reduced", "kinematic"),
+    fidelities=EVERYWHERE,
 )

@@ -9,7 +9,7 @@ play operator of the textbooks, zero grip a freely floating pulley):
 Source: Nordin, Gutman, Automatica 38(10), 2002, doi:10.1016/S0005-1098(02)00047-X.
 """
 
-from corexy_fmi.effects.api import MOTORS, Effect, Law, Parameter
+from corexy_fmi.effects.api import EVERYWHERE, MOTORS, Effect, Law, Parameter
 from corexy_fmi.kernel.xmath import clamp
 
 
@@ -57,7 +57,7 @@ EFFECT = Effect(
     check="Hold the motor's shaft and turn its pulley by hand: it moves before the shaft does.",
     looks_like="a step of constant size in belt travel at every reversal of that motor",
     state="velocity_reversal",
-    fidelities=("full", "reduced", "kinematic"),
+    fidelities=EVERYWHERE,
     claims={"dissipative": True},
     memory=("seat",),
 )

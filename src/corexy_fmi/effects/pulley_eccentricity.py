@@ -8,7 +8,7 @@ Source: Norton, Design of Machinery, 2011 (run-out of a pulley); CONTRACT 5 for 
 
 import math
 
-from corexy_fmi.effects.api import MOTORS, Effect, Law, Parameter
+from corexy_fmi.effects.api import EVERYWHERE, MOTORS, Effect, Law, Parameter
 from corexy_fmi.kernel.xmath import cos, sin
 
 MOTOR_PULLEYS, IDLERS = (0, 1), tuple(range(2, 10))
@@ -63,5 +63,5 @@ EFFECT = Effect(
     check="Put a dial gauge on the pulley's rim and turn it once.",
     looks_like="an error that repeats with each turn of one pulley",
     state="motor_angle",
-    fidelities=("full", "reduced", "kinematic"),
+    fidelities=EVERYWHERE,
 )

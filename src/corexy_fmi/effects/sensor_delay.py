@@ -5,7 +5,7 @@
 Source: Ljung, System Identification, 1999 (dead time).
 """
 
-from corexy_fmi.effects.api import SENSOR, Effect, Law, Parameter
+from corexy_fmi.effects.api import EVERYWHERE, SENSOR, Effect, Law, Parameter
 
 
 def late(lateness, delay):
@@ -30,6 +30,6 @@ EFFECT = Effect(
     looks_like="an error proportional to speed along the path",
     state="speed",
     coordinate="sensor",
-    fidelities=("full", "reduced", "kinematic"),
+    fidelities=EVERYWHERE,
     history=0.05,
 )

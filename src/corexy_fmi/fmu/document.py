@@ -34,8 +34,9 @@ INTRODUCTION = """\
 <p>A Core-XY stage after Yin et al., IEEE RCAR 2018: two motors, two belts over ten pulleys, a
 bridge (y) and a carriage (x). <code>fidelity</code> chooses the model: <b>full</b> has 12 degrees
 of freedom (carriage, bridge and every pulley on elastic belt sections), <b>reduced</b> has 4
-(carriage, bridge, motors; the belts condensed), <b>kinematic</b> is x = r (&phi;<sub>1</sub> +
-&phi;<sub>2</sub>)/2, y = r (&phi;<sub>1</sub> - &phi;<sub>2</sub>)/2. <code>drive</code> says what
+(carriage, bridge, motors; the belts condensed), <b>condensed</b> the same 4 with the idlers shared
+out by their static weights, <b>kinematic</b> is x = r (&phi;<sub>1</sub> + &phi;<sub>2</sub>)/2,
+y = r (&phi;<sub>1</sub> - &phi;<sub>2</sub>)/2. <code>drive</code> says what
 turns the motors: <b>stepper</b> follows the angles <code>phi1, phi2</code>, <b>dc</b> takes the
 voltages <code>V1, V2</code>. Friction is set-valued (it sticks exactly); micro-steps follow from
 the fastest pole of the machine, and any communication step above 0 is divided into whole ones.</p>

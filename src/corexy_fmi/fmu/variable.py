@@ -15,6 +15,7 @@ ENUMERATIONS = {
         "full": "12 degrees of freedom: carriage, bridge and every pulley",
         "reduced": "4 degrees of freedom: carriage, bridge and both motors",
         "kinematic": "eq. (1): no mass, no friction, no belt",
+        "condensed": "as reduced, idlers shared out by their static weights; stepper only",
     },
     "FreeFormArgument": {name: f"over {name}" for name in FREE_FORM_ARGUMENTS},
 }

@@ -16,7 +16,8 @@ from corexy_fmi.parameters import BY_NAME, NOMINAL, NominalParameter, defaults, 
 TABLES = ("machine", "controller", "parameters", "effects")
 TOPOLOGIES = ("corexy",)
 DRIVES = ("stepper", "dc")
-FIDELITIES = ("full", "reduced", "kinematic")
+FIDELITIES = ("full", "reduced", "kinematic", "condensed")
+STEPPER_ONLY = ("kinematic", "condensed")
 HEAD = ("name", "topology", "drive", "fidelity", "surrogate")
 DC_ONLY = ("motor_torque_gain", "motor_damping_gain")
 LARGEST_REL_STD = 10.0
@@ -39,9 +40,9 @@ def machine_from(
     refuse_unknown(head, HEAD, f"{where}: machine", "key")
     drive = choice(head.get("drive", "stepper"), DRIVES, f"{where}: machine.drive")
     fidelity = choice(head.get("fidelity", "full"), FIDELITIES, f"{where}: machine.fidelity")
-    if drive == "dc" and fidelity == "kinematic":
+    if drive == "dc" and fidelity in STEPPER_ONLY:
         raise InputError(
-            f"{where}: machine.fidelity: 'kinematic' knows no dc drive, "
+            f"{where}: machine.fidelity: {fidelity!r} knows no dc drive, "
             "expected 'full' or 'reduced'"
         )
     given = table(document.get("parameters", {}), f"{where}: parameters")

@@ -115,7 +115,9 @@ def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) 
     where = f"{where} {FREE_FORM}"
     refuse_unknown(entry, ("name", "location", "argument", "knots", "values"), where, "key")
     if fidelity == "kinematic":
-        raise InputError(f"{where}: unknown to fidelity 'kinematic', expected 'full' or 'reduced'")
+        raise InputError(
+            f"{where}: unknown to fidelity 'kinematic', expected 'full', 'reduced' or 'condensed'"
+        )
     coordinates = COORDINATES[drive]
     location = choice(_required(entry, "location", where), coordinates, f"{where}.location")
     argument = choice(_required(entry, "argument", where), ARGUMENTS, f"{where}.argument")

@@ -1,4 +1,4 @@
-"""Core-XY stages of Yin et al. 2018 (IEEE RCAR): 12-DoF, 4-DoF and kinematic.
+"""Core-XY stages of Yin et al. 2018 (IEEE RCAR): 12-DoF, 4-DoF and kinematic; 4-DoF condensed.
 
 Belt 1 runs over pulleys 3, 1, 9, 8, 6 and belt 2 over 4, 2, 10, 7, 5.  The rows are the brackets of
 eq. (6) with the sign that makes tension positive; each belt's elongations sum to zero.
@@ -86,6 +86,50 @@ def reduced_constants(p: Mapping[str, Any], dc: Any) -> Constants:
     )
 
 
+def idler_weights(p: Mapping[str, Any]) -> tuple[Any, Any]:
+    """How many idlers the end-effector carries in x and in y, of the 8 and 4 that turn.
+
+    An idler at rest between its belt's ends follows each by the share of the belt's length beyond
+    it: over 3 the sections l_1, l_2, over 9, 8, 6 the sections l_3, l_4, l_5, l_1.  The rest of its
+    friction and inertia burdens the motors.  The paper's 4-DoF model has 4 and 0 instead.
+    """
+    l1, l2, l3, l4, l5 = _lengths(p)
+    whole = l3 + l4 + l5 + l1
+    fixed = (l3 + l3 + l4) / whole
+    return 2 * (l2 / (l1 + l2) + (l3 + l4 + l5) / whole + fixed), 2 * fixed
+
+
+def condensed_constants(p: Mapping[str, Any], dc: Any) -> Constants:
+    """Constants of the 4-DoF model with idlers condensed statically (PHYSICS 2), stepper only.
+
+    Each idler's inertia and friction, at the rate that (1) gives it, burden x and y by its static
+    weight; the stiffness is (15) as in the reduced model.
+    """
+    in_x, in_y = idler_weights(p)
+    radius, at_motor = p["pulley_radius"], 3 - in_y / 2
+    inertia, ring = p["pulley_inertia"] / radius**2, p["pulley_viscous_friction"] / radius**2
+    dry = p["pulley_coulomb_friction"] / radius
+    rotor = p["motor_inertia"] + (at_motor - 1) * p["pulley_inertia"]
+    carriage, bridge = p["carriage_viscous_friction"], p["bridge_viscous_friction"]
+    coulomb = p["carriage_coulomb_friction"], p["bridge_coulomb_friction"]
+    base = reduced_constants(p, dc)
+    return Constants(
+        mass=(p["carriage_mass"] + in_x * inertia, _moving_mass(p) + in_y * inertia, rotor, rotor),
+        viscous=(
+            carriage + in_x * ring,
+            bridge + in_y * ring,
+            *[at_motor * p["pulley_viscous_friction"] + dc * p["motor_damping_gain"]] * 2,
+        ),
+        coulomb=(
+            coulomb[0] + in_x * dry,
+            coulomb[1] + in_y * dry,
+            *[at_motor * p["pulley_coulomb_friction"]] * 2,
+        ),
+        stiffness=base.stiffness,
+        length=base.length,
+    )
+
+
 def kinematic_constants(p: Mapping[str, Any], dc: Any) -> Constants:
     """Eq. (1) has no dynamics; unit masses keep the table whole."""
     return Constants(mass=(1,) * 4, viscous=(0,) * 4, coulomb=(0,) * 4, stiffness=(), length=())
@@ -94,3 +138,4 @@ def kinematic_constants(p: Mapping[str, Any], dc: Any) -> Constants:
 FULL = Stage("full", ("x", "y", *PULLEYS), FULL_SECTIONS, full_constants)
 REDUCED = Stage("reduced", ("x", "y", *PULLEYS[:2]), REDUCED_SECTIONS, reduced_constants)
 KINEMATIC = Stage("kinematic", ("x", "y", *PULLEYS[:2]), (), kinematic_constants)
+CONDENSED = Stage("condensed", REDUCED.coordinates, REDUCED_SECTIONS, condensed_constants)
