@@ -7,7 +7,7 @@ import pytest
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.fit import settle
-from corexy_fmi.engine.rest import at_rest, independent
+from corexy_fmi.engine.quiet import at_rest, independent
 from corexy_fmi.engine.samples import make_run
 from corexy_fmi.engine.specification import functions, leftover
 from corexy_fmi.machine import EffectUse

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from corexy_fmi.engine.noise import estimate, quick_noise, white
+from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.kernel.call import Array
 
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
@@ -114,13 +115,9 @@ def _step(
 
 def own_noise(fit: Fit) -> Problem:
     """The same problem with the noise that this fit's own residuals show."""
-    noise = []
-    for r, run in enumerate(fit.problem.runs):
-        errors = fit.problem.errors(fit.u[None], r)
-        noise.append(
-            tuple(estimate(e[0], s.breaks) for e, s in zip(errors, run.samples, strict=True))
-        )
-    return replace(fit.problem, noise=tuple(noise))
+    runs = fit.problem.runs
+    errors = [[e[0] for e in fit.problem.errors(fit.u[None], r)] for r in range(len(runs))]
+    return replace(fit.problem, noise=own_models(runs, errors))
 
 
 def white_noise(fit: Fit) -> Problem:

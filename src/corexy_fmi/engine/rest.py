@@ -11,33 +11,7 @@ import numpy as np
 
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
-from corexy_fmi.engine.samples import Run
-from corexy_fmi.kernel.call import Array
-
-QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
-ROWS, FEWEST = 200, 8.0  # samples, and independent ones, at rest and in motion
-LOUDER, SURE = 1.5, 4.0  # ratio of standard deviations; standard errors of its logarithm
-
-
-def at_rest(run: Run) -> np.ndarray:
-    """Rows (n,) whose inputs stood still for a while; none where voltages are the inputs."""
-    e = run.excitation
-    if e.mode == "voltages":
-        return np.zeros(len(e.time), dtype=bool)
-    moved = (np.diff(e.input1, prepend=np.nan) != 0) | (np.diff(e.input2, prepend=np.nan) != 0)
-    last = np.maximum.accumulate(np.where(moved, e.time, -np.inf))
-    return np.asarray(e.time - last > QUIET)
-
-
-def independent(errors: Array) -> float:
-    """How many independent samples tell as much about the variance (Bartlett).
-
-    No mean is removed: in a short rest, slow noise is little but mean, and counts as one sample.
-    """
-    spectrum = np.abs(np.fft.rfft(errors, 2 * len(errors))) ** 2
-    correlation = np.fft.irfft(spectrum)[: max(len(errors) // 4, 1)]
-    correlation /= max(correlation[0], 1e-300)
-    return len(errors) / float(2 * np.sum(correlation**2) - 1)
+from corexy_fmi.engine.quiet import FEWEST, LOUDER, ROWS, SURE, at_rest, independent, significance
 
 
 def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
@@ -55,7 +29,7 @@ def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
         return 0.0, 0.0
     quick = max(quick_noise(r.run.samples[c]) for r, c in parts)
     ratio = float(np.sqrt(np.mean(moving**2)) / max(np.sqrt(np.mean(still**2)), quick))
-    return ratio, float(np.log(max(ratio, 1e-9)) / np.sqrt(0.5 / sizes[0] + 0.5 / sizes[1]))
+    return ratio, significance(ratio, *sizes)
 
 
 def _recordings(proof: Proof) -> dict[tuple[str, str], list[tuple[Replay, int]]]:

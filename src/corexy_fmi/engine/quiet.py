@@ -1,0 +1,87 @@
+"""Noise is the same in every recording of a channel, and the same at rest as in motion.
+
+A slow mismatch can pass for coloured noise in a recording's own statistics, and is then invisible:
+the model that hides it is as good as true.  Where the same channel is much quieter in another
+recording, or at rest, that quieter noise is the noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from corexy_fmi.engine.noise import Noise, estimate
+from corexy_fmi.engine.samples import Run, Samples
+from corexy_fmi.kernel.call import Array
+
+QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
+ROWS, FEWEST = 200, 8.0  # samples, and independent ones, that tell a standard deviation
+LOUDER = 1.5  # ratio of standard deviations, in motion to at rest, that noise does not have
+APART = 1.15  # the same of two recordings
+SURE = 4.0  # standard errors of the logarithm of a ratio
+
+
+def at_rest(run: Run) -> np.ndarray:
+    """Rows (n,) whose inputs stood still for a while; none where voltages are the inputs."""
+    e = run.excitation
+    if e.mode == "voltages":
+        return np.zeros(len(e.time), dtype=bool)
+    moved = (np.diff(e.input1, prepend=np.nan) != 0) | (np.diff(e.input2, prepend=np.nan) != 0)
+    last = np.maximum.accumulate(np.where(moved, e.time, -np.inf))
+    return np.asarray(e.time - last > QUIET)
+
+
+def independent(errors: Array) -> float:
+    """How many independent samples tell as much about the variance (Bartlett).
+
+    No mean is removed: in a short rest, slow noise is little but mean, and counts as one sample.
+    """
+    spectrum = np.abs(np.fft.rfft(errors, 2 * len(errors))) ** 2
+    correlation = np.fft.irfft(spectrum)[: max(len(errors) // 4, 1)]
+    correlation /= max(correlation[0], 1e-300)
+    return len(errors) / float(2 * np.sum(correlation**2) - 1)
+
+
+def significance(ratio: float, one: float, other: float) -> float:
+    """Standard errors of the logarithm of a ratio of standard deviations of so many samples."""
+    return float(np.log(max(ratio, 1e-9)) / np.sqrt(0.5 / one + 0.5 / other))
+
+
+def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[Noise, ...], ...]:
+    """The noise of each channel of each run, as its errors (m,) and those of others show it."""
+    found = [
+        [_of_run(run, s, e) for s, e in zip(run.samples, mine, strict=True)]
+        for run, mine in zip(runs, errors, strict=True)
+    ]
+    sizes = [[independent(e - e.mean()) for e in mine] for mine in errors]
+    for r, run in enumerate(runs):
+        for c, samples in enumerate(run.samples):
+            for q, k in _same(runs, samples.channel):
+                ratio = found[r][c].marginal / found[q][k].marginal
+                alike = sizes[q][k] * len(errors[r][c]) / len(errors[q][k])  # were it the same
+                if ratio > APART and significance(ratio, alike, sizes[q][k]) > SURE:
+                    found[r][c] = found[q][k]
+    return tuple(map(tuple, found))
+
+
+def _same(runs: tuple[Run, ...], channel: str) -> list[tuple[int, int]]:
+    """Where a channel stands, by run and place, if it has samples enough to tell."""
+    return [
+        (r, c)
+        for r, run in enumerate(runs)
+        for c, s in enumerate(run.samples)
+        if s.channel == channel and len(s.index) >= ROWS
+    ]
+
+
+def _of_run(run: Run, samples: Samples, errors: Array) -> Noise:
+    """The noise of one channel's errors; of those at rest, where they are far smaller."""
+    whole, rest = estimate(errors, samples.breaks), at_rest(run)[samples.index]
+    if min(rest.sum(), (~rest).sum()) < ROWS:
+        return whole
+    moving, still = errors[~rest] - errors.mean(), errors[rest] - errors.mean()
+    sizes = independent(moving), independent(still)
+    ratio = float(np.std(moving) / max(np.sqrt(np.mean(still**2)), 1e-300))
+    if min(sizes) < FEWEST or ratio < LOUDER or significance(ratio, *sizes) < SURE:
+        return whole
+    quiet = samples.without(~rest)
+    return estimate(errors[rest], quiet.breaks)

@@ -1,0 +1,71 @@
+"""The same noise in every recording of a channel, at rest as in motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_kit import NOISE, machine, record, short_motion
+
+from corexy_fmi.engine.quiet import own_models
+from corexy_fmi.engine.samples import make_run
+from corexy_fmi.motion import chain, rest
+
+LONG = chain(short_motion(), rest((0, 0), 1.5))
+
+
+def runs(count=2):
+    """Runs of 2.7 s, the last 1.5 s of them at rest."""
+    found = [make_run(record(machine(), LONG, f"{n}.csv", seed=n), machine(), "train") for n in
+             range(count)]  # fmt: skip
+    return tuple(found)
+
+
+def white(run, seed, std=NOISE):
+    return std * np.random.default_rng(seed).normal(size=len(run.samples[0].index))
+
+
+def slow(run, seed, std):
+    """A random walk that returns: coloured far beyond any tracker."""
+    drive, state, out = np.random.default_rng(seed), 0.0, []
+    for _ in run.samples[0].index:
+        state = 0.995 * state + 0.1 * std * drive.normal()
+        out.append(state)
+    return np.array(out)
+
+
+def errors_of(all_runs, first, second):
+    return [[first, white(all_runs[0], 11)], [second, white(all_runs[1], 12)]]
+
+
+def test_a_slow_mismatch_in_one_recording_is_no_noise():
+    pair = runs()
+    mismatch = white(pair[1], 2) + slow(pair[1], 3, 3 * NOISE)
+    found = own_models(pair, errors_of(pair, white(pair[0], 1), mismatch))
+    assert found[1][0].marginal == pytest.approx(NOISE, rel=0.05)
+    assert found[1][0] is found[0][0]
+
+
+def test_slow_noise_of_both_is_noise():
+    pair = runs()
+    both = [white(r, n) + slow(r, n + 5, 3 * NOISE) for n, r in enumerate(pair)]
+    found = own_models(pair, errors_of(pair, *both))
+    for r in range(2):
+        assert found[r][0].marginal > 1.5 * NOISE
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_equal_noise_stays_each_ones_own(seed):
+    pair = runs()
+    found = own_models(pair, errors_of(pair, white(pair[0], seed), white(pair[1], seed + 20)))
+    assert found[0][0] is not found[1][0]
+
+
+def test_what_shows_in_motion_only_is_no_noise():
+    (run,) = runs(1)
+    moving = np.arange(len(run.samples[0].index)) < 1200
+    loud = white(run, 1) + moving * slow(run, 4, 10 * NOISE)
+    (found,) = own_models((run,), [[loud, white(run, 2)]])
+    assert found[0].marginal == pytest.approx(NOISE, rel=0.1)
+    still = replace(run, excitation=replace(run.excitation, mode="voltages"))
+    (unknown,) = own_models((still,), [[loud, white(run, 2)]])
+    assert unknown[0].marginal > 2 * NOISE
