@@ -1,0 +1,114 @@
+"""A run on a GRBL controller as a recording: what it drove by its plan, what a tracker saw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.hil.grbl_drive import Log
+from corexy_fmi.hil.grbl_moves import Grid
+from corexy_fmi.hil.grbl_timing import Timeline
+from corexy_fmi.hil.record import NEAR, placed
+from corexy_fmi.hil.tracker import Tracker
+from corexy_fmi.recording import Recording
+
+Array = NDArray[np.float64]
+ROWS = 1e-3  # [s] between rows of a recording
+EARLY, LATE, COARSE = -0.3, 1.0, 5e-3  # [s] around the first guess, where the start is looked for
+FEW, DRIFT_SPAN = 3, 5.0  # reports below which nothing is fitted; [s] from which the rate is
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Host time = start + time of the controller / rate; ``gap`` [steps] is the reports' largest
+    distance from what was foreseen, of ``reports`` reports."""
+
+    start: float
+    rate: float
+    gap: float
+    reports: int
+
+    def time(self, host: Array) -> Array:
+        """The controller's time (n,) [s] of host times (n,) [s]."""
+        result: Array = (host - self.start) * self.rate
+        return result
+
+
+def fit(log: Log, line: Timeline, grid: Grid, guess: float, until: float) -> Fit:
+    """The start, near a guess [s], at which the reports up to ``until`` [s] lie on the timeline.
+
+    A report is taken to be from the middle between its `?` and its arrival.
+    """
+    rows = [(0.5 * (h.sent + h.heard), *h.report.machine) for h in log.reports
+            if h.report.machine is not None and guess + EARLY < h.sent < until]  # fmt: skip
+    table = np.array(rows).reshape(-1, 3)
+    if len(table) < FEW:
+        return Fit(guess, 1.0, float("nan"), len(table))
+    host, seen = table[:, 0], table[:, 1:] * grid.per_mm
+
+    def miss(start: float, rate: float) -> Array:
+        return line.place((host - start) * rate) - seen
+
+    starts = np.arange(guess + EARLY, guess + LATE, COARSE)
+    best = min(starts, key=lambda start: float(np.sum(miss(start, 1.0) ** 2)))
+    drifts = np.ptp(host) >= DRIFT_SPAN
+    found = least_squares(
+        lambda p: miss(p[0], 1 + p[1] if drifts else 1.0).ravel(), [best, 0.0], diff_step=1e-6,
+        x_scale=[1e-3, 1e-4],
+    )  # fmt: skip
+    start, rate = float(found.x[0]), 1 + float(found.x[1]) * float(drifts)
+    gap = float(np.hypot(*miss(start, rate).T).max())
+    return Fit(start, rate, gap, len(table))
+
+
+def recording(
+    name: str, log: Log, line: Timeline, grid: Grid, radius: float, clock: Fit,
+    tracker: Tracker | None, about: dict[str, str],
+) -> Recording:  # fmt: skip
+    """Rows at 1 kHz, where the plan changes, and where the tracker sampled.
+
+    ``phi1, phi2`` [rad] are what the controller drove by its own plan, to a step; ``x, y`` [m] only
+    what a tracker saw.  A run that stopped early ends at its last report in motion.  Raises
+    InputError where the motion had not begun.
+    """
+    end = line.end
+    if log.trouble:
+        moving = [h.heard for h in log.reports if h.report.state == "Run"]
+        end = min(end, float(clock.time(np.array(moving[-1:]))[0])) if moving else 0.0
+    if end <= 0:
+        raise InputError("the motion stopped before the recorded part began: nothing to record")
+    host, places = tracker.aligned() if tracker is not None else (np.empty(0), np.empty((0, 2)))
+    stamps = clock.time(host)
+    time = _times(end, line, stamps)
+    x, y = grid.metres(line.place(time)).T
+    channels = {"phi1": (x + y) / radius, "phi2": (x - y) / radius}
+    if tracker is not None:
+        for k, axis in enumerate("xy"):
+            channels[axis] = placed(time, stamps, places[:, k])
+    return Recording(name, time, channels, {**about, **_about(log, line, grid, clock, tracker)})
+
+
+def _times(end: float, line: Timeline, stamps: Array) -> Array:
+    marks = np.concatenate([np.arange(0, end, ROWS), line.begins, stamps, [end]])
+    time = np.unique(marks[(marks >= 0) & (marks <= end)])
+    return time[np.concatenate([[True], np.diff(time) > NEAR])]
+
+
+def _about(
+    log: Log, line: Timeline, grid: Grid, clock: Fit, tracker: Tracker | None
+) -> dict[str, str]:
+    """Metadata: how the run went, and how well its timing is known."""
+    lines = {
+        "run": log.trouble or "complete",
+        "phi": "by the controller's own plan, foreseen from its settings; not read back",
+        "timing": f"reports={clock.reports} largest_gap={clock.gap / grid.per_mm / 1e3!r} "
+                  f"rate={clock.rate!r} duration={line.end!r}",
+        "clock": "free",  # half a round trip of `?` and the tracker's latency cannot be seen
+    }  # fmt: skip
+    if tracker is not None:
+        lines["tracker"] = f"samples={len(tracker.samples)} bad={tracker.bad}"
+    return lines
