@@ -137,7 +137,7 @@ def _dry(setup: Setup, order: Recording, per_mm: float, radius: float) -> None:
     """Checks that need no controller; without ``arm``, what would be done."""
     grid = Grid(per_mm, (0, 0))
     start, made = moves(order, radius, grid)
-    if not made:
+    if all(move[1:] == start for move in made):
         raise InputError(f"{order.name}: nothing moves, expected a motion")
     unbounded = dict.fromkeys((110, 111), np.inf) | dict.fromkeys((120, 121), 0.0)
     check_moves(start, made, grid, unbounded, DRY, setup.allowed, setup.machine)
@@ -209,7 +209,7 @@ def _drive(
         return None, log
     until = log.answered[-1] if not log.trouble else max(
         (h.heard for h in log.reports if h.report.state == "Run"), default=0.0)  # fmt: skip
-    clock = fit(log, line, grid, log.answered[job.lead - 1], until)
+    clock = fit(log, line, grid, log.answered[job.lead - 1], until, link.offset)
     return _written(setup, link, log, line, grid, clock, tracker), log
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.grbl_drive import Log
@@ -19,6 +18,7 @@ from corexy_fmi.recording import Recording
 Array = NDArray[np.float64]
 ROWS = 1e-3  # [s] between rows of a recording
 EARLY, LATE, COARSE = -0.3, 1.0, 5e-3  # [s] around the first guess, where the start is looked for
+ROUNDS, STEP = 8, 1e-5  # of the fit; [s] and relative, for its slopes
 FEW, DRIFT_SPAN = 3, 5.0  # reports below which nothing is fitted; [s] from which the rate is
 
 
@@ -38,31 +38,45 @@ class Fit:
         return result
 
 
-def fit(log: Log, line: Timeline, grid: Grid, guess: float, until: float) -> Fit:
+def fit(
+    log: Log, line: Timeline, grid: Grid, guess: float, until: float,
+    offset: tuple[float, float] | None = None,
+) -> Fit:  # fmt: skip
     """The start, near a guess [s], at which the reports up to ``until`` [s] lie on the timeline.
 
-    A report is taken to be from the middle between its `?` and its arrival.
+    A report is taken to be from the middle between its `?` and its arrival; reports of work
+    positions need the work ``offset`` [mm].
     """
-    rows = [(0.5 * (h.sent + h.heard), *h.report.machine) for h in log.reports
-            if h.report.machine is not None and guess + EARLY < h.sent < until]  # fmt: skip
+    seen_at = [(h, h.report.place(offset)) for h in log.reports if guess + EARLY < h.sent < until]
+    rows = [(0.5 * (h.sent + h.heard), *place) for h, place in seen_at if place is not None]
     table = np.array(rows).reshape(-1, 3)
     if len(table) < FEW:
         return Fit(guess, 1.0, float("nan"), len(table))
     host, seen = table[:, 0], table[:, 1:] * grid.per_mm
 
-    def miss(start: float, rate: float) -> Array:
-        return line.place((host - start) * rate) - seen
-
     starts = np.arange(guess + EARLY, guess + LATE, COARSE)
-    best = min(starts, key=lambda start: float(np.sum(miss(start, 1.0) ** 2)))
-    drifts = np.ptp(host) >= DRIFT_SPAN
-    found = least_squares(
-        lambda p: miss(p[0], 1 + p[1] if drifts else 1.0).ravel(), [best, 0.0], diff_step=1e-6,
-        x_scale=[1e-3, 1e-4],
-    )  # fmt: skip
-    start, rate = float(found.x[0]), 1 + float(found.x[1]) * float(drifts)
-    gap = float(np.hypot(*miss(start, rate).T).max())
+    misses = [np.sum((line.place(host - start) - seen) ** 2) for start in starts]
+    start, rate = _closest(line, host, seen, float(starts[int(np.argmin(misses))]))
+    gap = float(np.hypot(*(line.place((host - start) * rate) - seen).T).max())
     return Fit(start, rate, gap, len(table))
+
+
+def _closest(line: Timeline, host: Array, seen: Array, start: float) -> tuple[float, float]:
+    """Start and rate of least squares, by Gauss and Newton; the rate only where it can be told."""
+    count = 2 if np.ptp(host) >= DRIFT_SPAN else 1
+    found = np.array([start, 1.0])
+
+    def miss(at: Array) -> Array:
+        return (line.place((host - at[0]) * at[1]) - seen).ravel()
+
+    for _ in range(ROUNDS):
+        slopes = [
+            (miss(found + STEP * axis) - miss(found - STEP * axis)) / (2 * STEP)
+            for axis in np.eye(2)[:count]
+        ]
+        change = np.linalg.lstsq(np.column_stack(slopes), -miss(found), rcond=None)[0]
+        found[:count] += change
+    return float(found[0]), float(found[1])
 
 
 def recording(
