@@ -114,7 +114,7 @@ def test_moves_keep_corners_and_time(acceleration: float | None) -> None:
     corners = {tuple(np.rint(v * 1e3 * GRID.per_mm).astype(int)) for v in shape.vertices}
     places = np.array([start, *((move.x, move.y) for move in made)])
     assert all(np.abs(places - corner).max(axis=1).min() <= 1 for corner in corners)
-    assert made[-1].seconds == pytest.approx(0.5, abs=0.01)
+    assert made[-1].seconds == pytest.approx(0.5, abs=SHORT)
     short = sum(move.seconds < 0.9 * SHORT for move in made)
     assert short <= len(shape.vertices)  # one at a corner
 

@@ -27,7 +27,7 @@ from corexy_fmi.recording import Recording, write_recording
 
 HOMING = 180.0  # [s] a homing cycle may take
 MODES = "G17G21G90G94"  # plane, mm, absolute, mm/min
-TIGHT = 2e-4  # [m] between reports and foreseen places from which the timing is doubted
+TIGHT = 2e-4  # [m] off the foreseen places, by a tenth of the reports: the timing is doubted
 DRY = Build(Family.GRBL, "", "C")
 
 
@@ -234,8 +234,8 @@ def _written(
     say(f"recording: {setup.out}")
     gap = clock.gap / grid.per_mm / 1e3
     if gap > TIGHT:
-        say(f"warning: reported places lie up to {1e6 * gap:.0f} um from the foreseen ones: the "
-            "controller did not keep this timing (starved, or it plans otherwise)")  # fmt: skip
+        say(f"warning: a tenth of the reports lies over {1e6 * gap:.0f} um off the plan: "
+            "the controller did not keep this timing (starved, or it plans otherwise)")  # fmt: skip
     return made
 
 

@@ -42,6 +42,8 @@ class Log:
 class Drive:
     """Streams lines to a connected controller.
 
+    The last one must be a rest (G4): it is answered when all before it has been driven.
+
     ``watch`` is called between two looks at the port; what it raises stops the motion by a feed
     hold.  KeyboardInterrupt does the same; a second one resets at once.
     """
