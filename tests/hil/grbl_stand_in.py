@@ -152,7 +152,7 @@ class StandIn:
             self._clears = False
             self._waiting = "welcome", self._deaf
             return
-        self.state = "Alarm" if self.state == "Alarm" else "Idle"
+        self.state = "Alarm" if self.state in ("Alarm", "Sleep") else "Idle"
         self._welcome()
 
     def _hold(self, state: str) -> None:
@@ -203,7 +203,7 @@ class StandIn:
         if self._wants_report and not self._critical and self.state != "Home":
             self._wants_report = False
             self._report()
-        if self.state in ("Hold", "Door") or self._critical or self.time < self._busy:
+        if self.state in ("Hold", "Door", "Sleep") or self._critical or self.time < self._busy:
             return
         while self._ring and self._waiting is None and self.time >= self._busy:
             self._character(chr(self._ring.popleft()))

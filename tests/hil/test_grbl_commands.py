@@ -137,7 +137,20 @@ def test_check_monitor_release(wire: Wire, capsys: pytest.CaptureFixture[str]) -
     assert "Idle" in capsys.readouterr().out
     hil_grbl_watch.release_controller("wire")
     assert controller.state == "Sleep"
+    hil_grbl_watch.show_controller("wire", 0.5)  # a reset wakes it, locked
+    assert controller.state == "Alarm"
     assert controller.motion.emitted == [0, 0]
+
+
+def test_monitor_looks_at_a_moving_controller(
+    wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wire.controller.write(b"G21G90G94\nG1X50F600\n")
+    wire.controller.advance(0.5)
+    hil_grbl_watch.show_reports("wire", 0.05)
+    assert "Run" in capsys.readouterr().out
+    with pytest.raises(InputError, match="state Run, expected Idle"):
+        hil_grbl_watch.show_controller("wire", 0.5)
 
 
 def test_a_recording_keeps_what_the_tracker_saw(
@@ -171,3 +184,24 @@ def test_the_binary_dialect_knows_no_home(setup: Setup) -> None:
     order: Recording = order_of(SMALL)
     with pytest.raises(InputError, match="--home: this firmware has no homing"):
         execute(replace(setup, home=True), order, {})
+
+
+def test_interrupted_homing_is_reset(setup: Setup, wire: Wire) -> None:
+    powered(wire, {22: 1, 130: 160, 131: 120})
+
+    def interrupt(wire: Wire) -> None:
+        raise KeyboardInterrupt
+
+    def when_homing(wire: Wire) -> None:
+        wire.at.append((wire.now() + 0.05, interrupt if b"$H" in wire.sent else when_homing))
+
+    wire.at.append((0.0, when_homing))
+    with pytest.raises(KeyboardInterrupt):
+        execute_grbl(replace(setup, centred=False, home=True), order_of(SMALL))
+    assert wire.sent.endswith(b"$H\n\x18")
+
+
+def test_a_held_controller_is_refused(setup: Setup, wire: Wire) -> None:
+    wire.controller.write(b"!")
+    with pytest.raises(InputError, match="state Hold, expected Idle"):
+        execute_grbl(setup, order_of(SMALL))

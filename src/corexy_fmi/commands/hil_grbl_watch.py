@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 from rich.live import Live
 from rich.table import Table
 
-from corexy_fmi.commands.hil_grbl import home
+from corexy_fmi.commands.hil_grbl_plan import home
 from corexy_fmi.commands.screen import cells, console, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.grbl_limits import warnings
@@ -78,11 +76,12 @@ def _answers(reports: list[Heard]) -> list[tuple[str, str]]:
 
 def show_reports(port: str, seconds: float | None) -> None:
     """The controller's reports, until the time [s] is over or Ctrl-C."""
-    link = connected(port)
-    began = time.monotonic()
+    link = Link(SerialPort(port, BAUD))
+    link.listen()
+    began = link.port.now()
     with Live(_view(link), console=console(), auto_refresh=False) as live:
         try:
-            while seconds is None or time.monotonic() - began < seconds:
+            while seconds is None or link.port.now() - began < seconds:
                 link.ask()
                 if link.poll(0.02):
                     live.update(_view(link), refresh=True)

@@ -118,7 +118,7 @@ def _check_places(
         beyond = ((machine_mm < low - slack) | (machine_mm > high + slack)).any(axis=1)
         worst = np.where(machine_mm < low - slack, machine_mm, np.where(
             machine_mm > high + slack, machine_mm, 0.0))  # fmt: skip
-        _refuse(begins, beyond, worst.sum(axis=1),
+        _refuse(begins, beyond, worst[range(len(worst)), np.abs(worst).argmax(axis=1)],
                 "mm is beyond the controller's travel ($130, $131)")  # fmt: skip
 
 

@@ -15,6 +15,7 @@ POLL, QUICK = 0.2, 0.05  # [s] between two `?`: while it moves, as GRBL asks for
 BOOT, PATIENCE = 4.0, 3.0  # [s] for a bootloader; for an answer
 DEAF = 0.6  # [s] after an alarm in which GRBL swallows a reset (it waits 0.5 s, then forgets it)
 STATUS, HOLD, RESET, FULL_FEED = b"?", b"!", b"\x18", b"\x90"
+READY = ("Idle", "Alarm")  # states in which it answers lines and does not move
 ASKS = 40  # reports until the work offset must have come: GRBL gives it in every 10th or 30th
 
 
@@ -113,17 +114,27 @@ class Link:
 
         A controller that stays silent, as GRBL does after a limit alarm, gets one soft reset.
         """
-        if not self._awake(BOOT) and not (self.reset() and self._awake(PATIENCE)):
-            heard = "nothing" if self.heard_at < 0 else "something else"
-            raise InputError(f"port: heard {heard}, expected a GRBL controller at {BAUD} baud")
-        if self.last is not None and self.last.report.state in ("Run", "Jog", "Home"):
-            raise InputError("controller: it moves; stop its other user first")
+        if not self._awake(BOOT):
+            self.reset()
+            self.listen()
+        assert self.last is not None
+        if self.last.report.state == "Sleep":
+            self.reset()
+            self.listen()
+        if (state := self.last.report.state) not in READY:
+            raise InputError(f"controller: state {state}, expected Idle: stop its other user first")
         self._lines, banner = [], [line for line in self._lines if BANNER.match(line)]
         self.port.write(b"\n")  # ends what an earlier user left half said
         self._quiet()
         self.build = build([*banner, *self.command("$I")])
         self.settings = settings(self.command("$$"))
         return self.build
+
+    def listen(self) -> None:
+        """Until it reports, whatever it does; raises InputError for a stranger."""
+        if not self._awake(BOOT):
+            heard = "nothing" if self.heard_at < 0 else "something else"
+            raise InputError(f"port: heard {heard}, expected a GRBL controller at {BAUD} baud")
 
     def _awake(self, wait: float) -> bool:
         deadline = self.port.now() + wait

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from corexy_fmi.recording import Recording, inputs
 
 Array = NDArray[np.float64]
-SHORT, LONGEST = 25e-3, 0.5  # [s] of a move: shorter only at corners, longer only where straight
+SHORT, LONGEST = 25e-3, 0.1  # [s] of a move: shorter only at corners, longer only where straight
 ON_PATH, ON_TIME = 0.5, 0.25  # [steps] from the path; from the place at each moment
 PAUSE = 0.1  # [s] without a step that is a rest, not a slow motion
 
