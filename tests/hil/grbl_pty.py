@@ -2,7 +2,7 @@
 
 `python -m tests.hil.grbl_pty LINK [--family grbl|grblhal|fluidnc] [--set N=VALUE ...]` makes LINK a
 serial port with it.  It ends with SIGTERM and prints a line of JSON: counts, steps and lost bytes.
-SIGUSR1 unplugs the port for half a second, SIGUSR2 strikes a limit switch.
+SIGUSR1 unplugs the port for half a second.
 """
 
 from __future__ import annotations
@@ -31,7 +31,6 @@ def main() -> None:
     ended: list[int] = []
     signal.signal(signal.SIGTERM, lambda *_: ended.append(1))
     signal.signal(signal.SIGUSR1, lambda *_: cable.pull())
-    signal.signal(signal.SIGUSR2, lambda *_: controller.alarm(1))
     print("ready", flush=True)
     began = time.perf_counter()
     while not ended:

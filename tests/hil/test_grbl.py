@@ -160,6 +160,19 @@ def test_interrupt_holds_first_then_resets_and_knows_the_place() -> None:
     assert ("Hold", 0) in states
 
 
+def test_whatever_ends_the_program_stops_the_motion() -> None:
+    made = bench()
+
+    def terminate(wire: Wire) -> None:
+        raise SystemExit(143)
+
+    later(made, 0.8, terminate)
+    with pytest.raises(SystemExit):
+        made.drive()
+    assert made.controller.state == "Idle"
+    assert not made.controller.motion.blocks
+
+
 def test_a_second_interrupt_resets_in_motion() -> None:
     made = bench()
     later(made, 0.8, interrupt)

@@ -205,3 +205,11 @@ def test_a_held_controller_is_refused(setup: Setup, wire: Wire) -> None:
     wire.controller.write(b"!")
     with pytest.raises(InputError, match="state Hold, expected Idle"):
         execute_grbl(setup, order_of(SMALL))
+
+
+def test_unplugged_while_connecting_is_one_line(setup: Setup, wire: Wire) -> None:
+    wire.plugged = False
+    with pytest.raises(InputError, match="wire: link lost"):
+        execute_grbl(setup, order_of(SMALL))
+    with pytest.raises(InputError, match="wire: link lost"):
+        hil_grbl_watch.show_controller("wire", 0.5)

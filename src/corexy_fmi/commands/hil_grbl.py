@@ -6,7 +6,16 @@ import numpy as np
 import typer
 
 from corexy_fmi.commands.hil_beside import Beside
-from corexy_fmi.commands.hil_grbl_plan import Job, centred, dry, home, plan, ready, steps_per_mm
+from corexy_fmi.commands.hil_grbl_plan import (
+    Job,
+    centred,
+    dry,
+    home,
+    plan,
+    plugged,
+    ready,
+    steps_per_mm,
+)
 from corexy_fmi.commands.hil_run import STOPPED, Setup
 from corexy_fmi.commands.screen import console, provenance, say
 from corexy_fmi.errors import InputError
@@ -35,11 +44,12 @@ def execute_grbl(setup: Setup, order: Recording) -> Recording | None:
         return None
     tracker = Tracker(open_lines(setup.tracker)) if setup.tracker else None
     link = Link(SerialPort(setup.port, BAUD))
-    build = ready(link, per_mm)
-    centre = home(link) if setup.home else centred(setup, link)
-    grid = Grid(link.settings[100], (0, 0))
-    grid = Grid(grid.per_mm, grid.steps(centre))
-    job = plan(setup, order, link, build, grid)
+    with plugged(setup.port):
+        build = ready(link, per_mm)
+        centre = home(link) if setup.home else centred(setup, link)
+        grid = Grid(link.settings[100], (0, 0))
+        grid = Grid(grid.per_mm, grid.steps(centre))
+        job = plan(setup, order, link, build, grid)
     line = timeline(job.start, job.made, grid, link.settings, build.blocks)
     made, log = _drive(setup, link, job, line, grid, tracker)
     _tell(log, grid, setup)

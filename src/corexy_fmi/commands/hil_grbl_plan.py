@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +16,7 @@ from corexy_fmi.hil.grbl_link import FULL_FEED, RESET, Link
 from corexy_fmi.hil.grbl_moves import SHORT, Grid, Move, moves, program
 from corexy_fmi.hil.grbl_report import Build, Family
 from corexy_fmi.hil.motions import APPROACH_SPEED, SETTLE
+from corexy_fmi.hil.port import LinkLostError
 from corexy_fmi.recording import Recording
 
 HOMING = 180.0  # [s] a homing cycle may take
@@ -29,6 +32,15 @@ class Job:
     made: list[Move]
     lines: list[str]
     lead: int
+
+
+@contextmanager
+def plugged(port: str) -> Iterator[None]:
+    """A port that goes away is a line for the user."""
+    try:
+        yield
+    except LinkLostError as error:
+        raise InputError(f"{port}: link lost ({error}), expected it to stay there") from error
 
 
 def steps_per_mm(setup: Setup) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 from rich.live import Live
 from rich.table import Table
 
-from corexy_fmi.commands.hil_grbl_plan import home
+from corexy_fmi.commands.hil_grbl_plan import home, plugged
 from corexy_fmi.commands.screen import cells, console, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.grbl_limits import warnings
@@ -24,7 +24,8 @@ SHOWN = {  # settings, and what they are
 def connected(port: str) -> Link:
     """A controller that has said who it is."""
     link = Link(SerialPort(port, BAUD))
-    link.connect()
+    with plugged(port):
+        link.connect()
     return link
 
 
@@ -33,9 +34,10 @@ def show_controller(port: str, seconds: float) -> None:
     link = connected(port)
     reports: list[Heard] = []
     began = link.port.now()
-    while link.port.now() - began < seconds:
-        link.ask()
-        reports += link.poll()
+    with plugged(port):
+        while link.port.now() - began < seconds:
+            link.ask()
+            reports += link.poll()
     table = Table("what", "value")
     for what, value in [*_firmware(link), *_settings(link), *_answers(reports)]:
         table.add_row(*cells(what, value))
@@ -77,7 +79,8 @@ def _answers(reports: list[Heard]) -> list[tuple[str, str]]:
 def show_reports(port: str, seconds: float | None) -> None:
     """The controller's reports, until the time [s] is over or Ctrl-C."""
     link = Link(SerialPort(port, BAUD))
-    link.listen()
+    with plugged(port):
+        link.listen()
     began = link.port.now()
     with Live(_view(link), console=console(), auto_refresh=False) as live:
         try:
@@ -103,7 +106,8 @@ def _view(link: Link) -> Table:
 
 def release_controller(port: str) -> None:
     """`$SLP`: drivers off until a reset; InputError where it is not idle."""
-    connected(port).command("$SLP")
+    with plugged(port):
+        connected(port).command("$SLP")
 
 
 def home_controller(port: str, arm: bool) -> None:
@@ -114,7 +118,8 @@ def home_controller(port: str, arm: bool) -> None:
     if not arm:
         say("dry run, nothing moves: add --arm to find the switches")
         return
-    centre = home(link)
-    x, y = link.locate()
+    with plugged(port):
+        centre = home(link)
+        x, y = link.locate()
     say(f"homed: it stands at {x:.3f}, {y:.3f} mm; the middle of its travel is "
         f"{centre[0]:.3f}, {centre[1]:.3f} mm")  # fmt: skip

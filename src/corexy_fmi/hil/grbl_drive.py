@@ -86,6 +86,9 @@ class Drive:
         except (InputError, OSError) as error:
             log.trouble = str(error)
             self._stop()
+        except BaseException:  # also SIGTERM: the controller has no watchdog
+            self._stop()
+            raise
         return log
 
     def _look(self, boot: int) -> None:
