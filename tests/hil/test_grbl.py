@@ -189,6 +189,7 @@ def test_alarms_are_told_in_words(code: int, known: bool) -> None:
     log = made.drive()
     assert f"ALARM:{code} (" in log.trouble
     assert log.known is known
+    assert log.place is None
     assert b"\x18" not in made.wire.sent  # nobody unlocks it by the way
     assert b"$X" not in made.wire.sent
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
 
 from corexy_fmi.commands import hil_grbl, hil_grbl_watch
 from corexy_fmi.commands.hil_grbl import execute_grbl
@@ -131,7 +132,13 @@ def test_check_monitor_release(wire: Wire, capsys: pytest.CaptureFixture[str]) -
     controller = powered(wire, {0: 10})
     hil_grbl_watch.show_controller("wire", 1.0)
     said = capsys.readouterr().out
-    for words in ("GRBL 1.1h.20190830", "1.4142", "TB6560", "128 bytes, 15 motions ahead"):
+    for words in (
+        "GRBL 1.1h.20190830",
+        "1.4142",
+        "TB6560",
+        "128 bytes, 15 motions ahead",
+        "0.000, 0.000",
+    ):
         assert words in said
     hil_grbl_watch.show_reports("wire", 0.05)
     assert "Idle" in capsys.readouterr().out
@@ -213,3 +220,20 @@ def test_unplugged_while_connecting_is_one_line(setup: Setup, wire: Wire) -> Non
         execute_grbl(setup, order_of(SMALL))
     with pytest.raises(InputError, match="wire: link lost"):
         hil_grbl_watch.show_controller("wire", 0.5)
+
+
+def test_a_soft_limit_keeps_the_place(
+    setup: Setup, wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def strike(wire: Wire) -> None:
+        wire.controller.alarm(2)
+
+    wire.at.append((1.5, strike))
+    with pytest.raises(typer.Exit) as ended:
+        execute_grbl(setup, order_of(SMALL))
+    assert ended.value.exit_code == 3
+    said = capsys.readouterr()
+    assert "ALARM:2 (soft limit" in said.err
+    assert "kept the carriage's place" in said.out
+    hil_grbl_watch.show_controller("wire", 0.5)  # silent after the alarm: a reset wakes it
+    assert "Alarm" in capsys.readouterr().out

@@ -112,6 +112,8 @@ def _tell(log: Log, grid: Grid, setup: Setup) -> None:
     if log.known and log.place is not None:
         x, y = grid.metres(np.array([grid.steps(log.place)]))[0]
         where = f"the carriage is at x = {x:.5f} m, y = {y:.5f} m by the controller's steps"
+    elif log.known:
+        where = "the controller kept the carriage's place: `corexy hil check` wakes it and shows it"
     say(f"{f'stopped: {log.trouble}' if log.trouble else 'complete: every line taken'}; {where}")
     if log.trouble:
         typer.echo(f"{setup.port}: {log.trouble}", err=True)

@@ -58,6 +58,7 @@ def _firmware(link: Link) -> list[tuple[str, str]]:
         ("F for 1 mm/min of the head", f"{build.feed_factor:.4f}"),
         ("buffers", f"{build.buffer} bytes, {build.blocks} motions ahead"),
         ("state", last.report.state),
+        ("commanded position (mm)", "{:.3f}, {:.3f}".format(*link.locate())),
         ("switches closed", last.report.pins or "none"),
     ]
 

@@ -183,9 +183,7 @@ class Drive:
         """The place after a stop, where it means something."""
         if self.link.alarm:
             self.log.known &= self.link.alarm not in grbl_words.LOST
-            if self.log.known and self.link.last is not None:
-                self.log.place = self.link.last.report.place(self.link.offset)
-            return
+            return  # it says no more until it is reset: the last report may be from before
         self.log.place = self.link.locate()
 
     def _reconnect(self) -> None:
