@@ -118,6 +118,19 @@ def test_home_then_drive_at_the_middle_of_the_travel(
     assert "homing" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("acceleration", "slow"), [(2000, False), (100, True)])
+def test_a_controller_that_cannot_follow_is_said(
+    setup: Setup, wire: Wire, acceleration: int, slow: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    powered(wire, {120: acceleration, 121: acceleration})
+    made = execute_grbl(setup, order_of(SMALL))
+    said = capsys.readouterr().out
+    assert made is not None
+    assert f"drives in {made.time[-1]:.2f} s what was asked in 1.22 s" in said
+    assert ("do not follow the command" in said) is slow
+    assert "did not keep this timing" not in said
+
+
 def test_home_moves_only_with_arm(wire: Wire, capsys: pytest.CaptureFixture[str]) -> None:
     powered(wire, {22: 1, 130: 160, 131: 120})
     hil_grbl_watch.home_controller("wire", arm=False)

@@ -30,6 +30,7 @@ from corexy_fmi.hil.tracker import Tracker, open_lines
 from corexy_fmi.recording import Recording, write_recording
 
 TIGHT = 2e-4  # [m] off the foreseen places, by a tenth of the reports: the timing is doubted
+SLOW = 1.1  # of the asked duration, from which it is said that the controller cannot follow
 
 
 def execute_grbl(setup: Setup, order: Recording) -> Recording | None:
@@ -51,6 +52,11 @@ def execute_grbl(setup: Setup, order: Recording) -> Recording | None:
         grid = Grid(grid.per_mm, grid.steps(centre))
         job = plan(setup, order, link, build, grid)
     line = timeline(job.start, job.made, grid, link.settings, build.blocks)
+    asked = sum(move.seconds for move in job.made)
+    say(f"the controller drives in {line.end:.2f} s what was asked in {asked:.2f} s")
+    if line.end > SLOW * asked:
+        say(f"warning: its acceleration ($120={link.settings[120]:g}, $121={link.settings[121]:g} "
+            "mm/s^2) and its corners ($11) do not follow the command")  # fmt: skip
     made, log = _drive(setup, link, job, line, grid, tracker)
     _tell(log, grid, setup)
     if log.trouble:
