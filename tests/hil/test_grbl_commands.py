@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
 from corexy_fmi.commands import hil_grbl, hil_grbl_watch
 from corexy_fmi.commands.hil_grbl import execute_grbl
 from corexy_fmi.commands.hil_run import Setup, execute
+from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.machine import load_machine
@@ -198,6 +200,21 @@ def test_a_recording_keeps_what_the_tracker_saw(
     assert seen.sum() > 80
     x = radius * (made["phi1"] + made["phi2"]) / 2
     assert abs(made["x"] - x)[seen].max() < 0.039 * 3e-3  # by 3 ms at most
+
+
+def test_corners_are_looked_for_when_they_are_passed(setup: Setup, wire: Wire) -> None:
+    powered(wire, {120: 100, 121: 100})
+    shape = replace(SMALL, loops=3)
+    radius = setup.machine.parameters["pulley_radius"]
+    made = execute_grbl(setup, order_of(shape))
+    assert made is not None
+    times = passing_times(made, shape, radius)
+    assert times[-1] > 1.5 * shape.vertex_times[-1]
+    x, y = radius / 2 * (made["phi1"] + made["phi2"]), radius / 2 * (made["phi1"] - made["phi2"])
+    passed = np.column_stack([np.interp(times, made.time, axis) for axis in (x, y)])
+    assert np.abs(passed - shape.vertices).max() < 3e-5  # three steps
+    corners = corner_table(replace(made, channels={**made.channels, "x": x, "y": y}), shape, times)
+    assert max(abs(corner.contour_error) for corner in corners) < 2e-5
 
 
 def test_the_binary_dialect_knows_no_home(setup: Setup) -> None:

@@ -27,7 +27,7 @@ from corexy_fmi.commands.screen import (
     say,
 )
 from corexy_fmi.commands.verdict import show_verdict
-from corexy_fmi.corners import corner_table
+from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.limits import Allowed
@@ -165,7 +165,10 @@ def rectangle(
     setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home)
     made = _play(dialect, setup, replace(order, metadata={}))
     if made is not None and "x" in made:
-        show_corners(corner_table(made, shape))
+        radius = chosen.parameters["pulley_radius"]
+        own = dialect is Dialect.grbl  # such a controller keeps a timing of its own
+        times = passing_times(made, shape, radius) if own else None
+        show_corners(corner_table(made, shape, times))
 
 
 def _play(dialect: Dialect, setup: Setup, order: Recording) -> Recording | None:
