@@ -94,6 +94,27 @@ def test_character_counting_fills_the_buffer_and_never_overflows_it() -> None:
     assert driven == [row for row, _ in itertools.groupby(wanted)]
 
 
+def test_a_lost_host_leaves_few_moves() -> None:
+    controller = StandIn()
+    made = circling(controller)
+    lost = controller.time + 1.0
+    later(made, 1.0, lambda wire: setattr(wire, "plugged", False))
+    made.drive()
+    controller.advance(5.0)
+    assert controller.state == "Idle"
+    left = controller.motion.vertices[-1][0] - lost
+    assert 0.1 < left < 2.2
+
+
+@pytest.mark.parametrize("size", [64, 128, 1024])
+def test_bytes_on_their_way_are_bounded(size: int) -> None:
+    info = ("[VER:1.1f.20260818:]", f"[OPT:VNMCSL,15,{size}]", "[FIRMWARE:grblHAL]")
+    made = circling(StandIn(Firmware(GRBLHAL.banner, info, head_feed=True)))
+    log = made.drive()
+    assert log.trouble == ""
+    assert log.most <= min(size, 128) - 1
+
+
 def test_a_wrong_counter_would_show() -> None:
     made = circling(StandIn())
     drive = Drive(made.link, made.lines)

@@ -8,7 +8,7 @@ import pytest
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil import grbl_words
 from corexy_fmi.hil.grbl_limits import travel
-from corexy_fmi.hil.grbl_moves import SHORT, Grid, Move, moves, program
+from corexy_fmi.hil.grbl_moves import LONGEST, SHORT, Grid, Move, moves, program, straight
 from corexy_fmi.hil.grbl_report import Build, Family, Report, build, report, settings
 from corexy_fmi.recording import Recording
 from corexy_fmi.rectangle import Rectangle
@@ -140,3 +140,12 @@ def test_program_feeds_keep_the_time() -> None:
     assert lines[0] == "G1X9.0040Y2.0000F1697.74"  # 10.004 mm in 0.5 s, times sqrt(2)
     assert lines[1] == "G4P0.250"
     assert float(lines[2].split("F")[1]) == pytest.approx(60 * 14.1479 * 2**0.5, rel=1e-3)
+
+
+def test_the_way_to_the_start_is_in_short_moves() -> None:
+    made = straight((0, 0), (3000, -2000), 0.02, GRID)
+    assert made[-1][1:] == (3000, -2000)
+    assert max(move.seconds for move in made) <= LONGEST
+    way = np.hypot(3000, 2000) / GRID.per_mm / 1e3
+    assert sum(move.seconds for move in made) == pytest.approx(way / 0.02)
+    assert straight((5, 5), (5, 5), 0.02, GRID) == []

@@ -74,10 +74,13 @@ def hil() -> None:
     """Hardware in the loop: stream motions to the board, record, compare with the FMU.
 
     Proven on an emulated board, not yet run on real motors. Nothing moves without --arm.
+    A board with GRBL, grblHAL or FluidNC: --dialect grbl, docs/grbl.md.
 
     Examples:
 
     corexy hil check --port /dev/ttyUSB0
+
+    corexy hil check --dialect grbl --port /dev/ttyUSB0
 
     corexy hil rectangle --width 0.06 --height 0.04 --speed 0.039 --port /dev/ttyUSB0 --out run.csv
     """

@@ -13,7 +13,7 @@ from corexy_fmi.commands.screen import say
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.grbl_limits import check_controller, check_moves, travel, warnings
 from corexy_fmi.hil.grbl_link import FULL_FEED, RESET, Link
-from corexy_fmi.hil.grbl_moves import SHORT, Grid, Move, moves, program
+from corexy_fmi.hil.grbl_moves import SHORT, Grid, Move, moves, program, straight
 from corexy_fmi.hil.grbl_report import Build, Family
 from corexy_fmi.hil.motions import APPROACH_SPEED, SETTLE
 from corexy_fmi.hil.port import LinkLostError
@@ -104,9 +104,7 @@ def plan(setup: Setup, order: Recording, link: Link, build: Build, grid: Grid) -
     here = grid.steps(link.locate())
     assert link.offset is not None
     start, made = moves(order, setup.machine.parameters["pulley_radius"], grid)
-    way = float(np.hypot(start[0] - here[0], start[1] - here[1])) / grid.per_mm / 1e3
-    before = [Move(way / APPROACH_SPEED, *start)] if way else []
-    before.append(Move(SETTLE, *start))
+    before = [*straight(here, start, APPROACH_SPEED, grid), Move(SETTLE, *start)]
     for first, row in ((here, before), (start, made)):
         check_moves(first, row, grid, link.settings, build, setup.allowed, setup.machine)
     # the last line is answered when all has been driven: a rest waits for the moves before it

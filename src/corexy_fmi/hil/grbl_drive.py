@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil import grbl_words
 from corexy_fmi.hil.grbl_link import HOLD, RESET, Heard, Link
+from corexy_fmi.hil.grbl_report import BUFFER
 from corexy_fmi.hil.port import LinkLostError
 from corexy_fmi.hil.tracker import Tracker
 
@@ -57,7 +58,7 @@ class Drive:
         self.link, self.tracker, self.log = link, tracker, Log()
         self.lines = [f"{line}\n".encode() for line in lines]
         self._watch = watch
-        self._room = link.build.buffer - 1
+        self._room = min(link.build.buffer, BUFFER) - 1  # more would only outlive a lost host
         self._out: deque[int] = deque()
         self._sent = 0
 

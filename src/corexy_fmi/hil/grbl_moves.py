@@ -96,6 +96,14 @@ def _rested(start: tuple[int, int], made: Sequence[Move]) -> list[Move]:
     return [*done, Move(waited, *place)] if waited else done
 
 
+def straight(start: tuple[int, int], goal: tuple[int, int], speed: float, grid: Grid) -> list[Move]:
+    """To a goal [steps] at a speed [m/s], in moves short enough that a lost host leaves few."""
+    way = float(np.hypot(goal[0] - start[0], goal[1] - start[1])) / grid.per_mm / 1e3
+    count = int(np.ceil(way / speed / LONGEST))
+    stops = np.rint(np.linspace(start, goal, count + 1)[1:]).astype(int).tolist()
+    return [Move(way / speed / count, x, y) for x, y in stops]
+
+
 def program(
     start: tuple[int, int],
     made: Sequence[Move],
