@@ -14,7 +14,8 @@ import sys
 import time
 from pathlib import Path
 
-from tests.hil.grbl_stand_in import FLUIDNC, GRBL, GRBLHAL, StandIn
+from tests.hil.grbl_firmware import FLUIDNC, GRBL, GRBLHAL
+from tests.hil.grbl_stand_in import StandIn
 from tests.hil.realtime import Cable
 
 FAMILIES = {"grbl": GRBL, "grblhal": GRBLHAL, "fluidnc": FLUIDNC}

@@ -8,10 +8,11 @@ them.  Not modelled: 10 ms pieces of ramps, noise, USB, overrides, spindle, z, a
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from dataclasses import dataclass, field
 
+from tests.hil.grbl_code import Reader, Rest, Way
+from tests.hil.grbl_firmware import GRBL, SETTINGS, Firmware
 from tests.hil.grbl_motion import TICK, USABLE, Motion
 
 RING, LINE = 128, 79  # [bytes] of the receive buffer; of a line
@@ -20,35 +21,6 @@ BUSY = 2e-3  # [s] to parse and plan a line
 DELAY = 0.5  # [s] GRBL waits after an alarm
 HOMING = 0.4  # [s] of its cycle here
 SOFT, ABORT = 2, 3
-SETTINGS = {
-    0: 30, 1: 255, 10: 1, 11: 0.01, 13: 0, 20: 0, 21: 0, 22: 0, 23: 0, 27: 1.0,
-    100: 101.859, 101: 101.859, 110: 12000.0, 111: 12000.0, 120: 2000.0, 121: 2000.0,
-    130: 200.0, 131: 200.0,
-}  # fmt: skip
-WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]+)")
-
-
-@dataclass(frozen=True)
-class Firmware:
-    """Whose it pretends to be; ``head_feed``: F is the head's speed, not that of both motors."""
-
-    banner: str = "Grbl 1.1h ['$' for help]"
-    info: tuple[str, ...] = ("[VER:1.1h.20190830:]", "[OPT:VC,15,128]")
-    head_feed: bool = False
-
-
-GRBL = Firmware()
-GRBLHAL = Firmware(
-    "GrblHAL 1.1f ['$' or '$HELP' for help]",
-    ("[VER:1.1f.20260818:]", "[OPT:VNMCSL,15,128,3,0]", "[FIRMWARE:grblHAL]",
-     "[KINEMATICS:CoreXY v2.02]"),
-    head_feed=True,
-)  # fmt: skip
-FLUIDNC = Firmware(
-    "Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]",
-    ("[VER:3.7 FluidNC v3.7.8:]", "[OPT:MPHSEW]"),
-    head_feed=True,
-)
 
 
 @dataclass
@@ -76,8 +48,7 @@ class StandIn:
         self._credit = 0.0
         self._critical = self._clears = False
         self._wants_report = False
-        self._feed: float | None = None
-        self._modes = {"G1": False, "G93": False, "G91": False}
+        self._reader = Reader()
         if self.settings[22]:
             self.state = "Alarm"
         self._welcome()
@@ -143,8 +114,7 @@ class StandIn:
         self._ring.clear()
         self._line, self._waiting, self._critical = "", None, False
         self.motion.clear()
-        self._modes = dict.fromkeys(self._modes, False)
-        self._feed = None
+        self._reader = Reader()
         if moving:
             self.state = "Alarm"
             self._say(f"ALARM:{ABORT}")
@@ -302,51 +272,27 @@ class StandIn:
         return 0
 
     def _block(self, line: str) -> int | None:
-        words = WORD.findall(line)
-        if "".join(a + b for a, b in words) != line:
-            return 1 if not line[0].isalpha() else 2
-        values = {a: float(b) for a, b in words if a != "G"}
-        codes = [float(b) for a, b in words if a == "G"]
-        if len(values) + len(codes) != len(words):
-            return 25
-        if set(codes) - {1, 4, 17, 21, 90, 91, 93, 94} or set(values) - set("FPXY"):
-            return 20
-        for on, off, name in ((93, 94, "G93"), (91, 90, "G91")):
-            if on in codes or off in codes:
-                self._modes[name] = on in codes
-        if 4 in codes:
-            if "P" not in values:
-                return 28
-            self._waiting = "rest", values["P"]
+        said = self._reader.read(line)
+        if isinstance(said, int):
+            return said
+        if isinstance(said, Rest):
+            self._waiting = "rest", said.seconds
             return None
-        self._modes["G1"] |= 1 in codes
-        return self._move(line, values)
-
-    def _move(self, line: str, values: dict[str, float]) -> int | None:
-        inverse = self._modes["G93"]
-        moves = "X" in values or "Y" in values
-        feed = values.get("F", None if inverse else self._feed)
-        if not inverse:
-            self._feed = feed
-        if not moves:
-            return 0
-        if feed is None:
-            return 22
         if self.motion.full():
             self._line, self._waiting = line, ("room", 0.0)
             return None
-        factor = 2**0.5 if self.firmware.head_feed else 1.0  # its source: in G93 as well
-        place = self._target(values)
+        place = self._target(said)
         if self.settings[20] and any(not -self.settings[130 + m] <= p <= 0
                                      for m, p in enumerate(place)):  # fmt: skip
             self.alarm(SOFT)
             return None
-        self.motion.add(*place, feed / 60 * factor, inverse)
+        factor = 2**0.5 if self.firmware.head_feed else 1.0  # its source: in G93 as well
+        self.motion.add(*place, said.feed / 60 * factor, said.inverse)
         return 0
 
-    def _target(self, values: dict[str, float]) -> tuple[float, float]:
-        x, y = (p / self.settings[100] for p in self.motion.planned)
-        if self._modes["G91"]:
-            return x + values.get("X", 0.0), y + values.get("Y", 0.0)
-        return (values["X"] + self.offset[0] if "X" in values else x,
-                values["Y"] + self.offset[1] if "Y" in values else y)  # fmt: skip
+    def _target(self, way: Way) -> tuple[float, float]:
+        """Machine position [mm]."""
+        here = [p / self.settings[100] for p in self.motion.planned]
+        base = here if way.relative else self.offset
+        x, y = (h if w is None else b + w for h, b, w in zip(here, base, way.to, strict=True))
+        return x, y

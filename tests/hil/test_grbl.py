@@ -16,8 +16,9 @@ from corexy_fmi.hil.grbl_record import fit, recording
 from corexy_fmi.hil.grbl_timing import timeline
 from corexy_fmi.motion import circle, command
 from corexy_fmi.rectangle import Rectangle
+from tests.hil.grbl_firmware import FLUIDNC, GRBL, GRBLHAL, Firmware
 from tests.hil.grbl_kit import RADIUS, SHAPE, Bench, Wire, bench, order_of
-from tests.hil.grbl_stand_in import FLUIDNC, GRBL, GRBLHAL, Firmware, StandIn
+from tests.hil.grbl_stand_in import StandIn
 
 FAMILIES = {"GRBL": GRBL, "grblHAL": GRBLHAL, "FluidNC": FLUIDNC}
 SLACK = 5e-3  # [s] between the stand-in's end and the foreseen one: its steps of time
