@@ -30,12 +30,18 @@ class Corner:
     overshoot: float
 
 
-def corner_table(recording: Recording, rectangle: Rectangle) -> tuple[Corner, ...]:
-    """The 4 loops - 1 corners of a rectangle run, from its x, y; blank samples are passed over."""
+def corner_table(
+    recording: Recording, rectangle: Rectangle, times: Array | None = None
+) -> tuple[Corner, ...]:
+    """The 4 loops - 1 corners of a rectangle run, from its x, y; blank samples are passed over.
+
+    ``times`` (4 loops + 1,) [s] are those of the vertices, where the run did not keep its own.
+    """
     taken = ~(np.isnan(recording["x"]) | np.isnan(recording["y"]))
     time = recording.time[taken]
     path = np.column_stack([recording["x"][taken], recording["y"][taken]])
-    vertices, times = rectangle.vertices, rectangle.vertex_times
+    vertices = rectangle.vertices
+    times = rectangle.vertex_times if times is None else times
     middles = (times[:-1] + times[1:]) / 2
     corners = []
     for index in range(1, len(vertices) - 1):
@@ -52,6 +58,17 @@ def corner_table(recording: Recording, rectangle: Rectangle) -> tuple[Corner, ..
             )
         )
     return tuple(corners)
+
+
+def passing_times(recording: Recording, rectangle: Rectangle, pulley_radius: float) -> Array:
+    """When the phi1, phi2 [rad] of a whole run pass each vertex, (4 loops + 1,) in s."""
+    angles = np.column_stack([recording["phi1"], recording["phi2"]])
+    # both motors' way is sqrt(2) times the head's
+    steps = np.hypot(*np.diff(angles, axis=0).T) * pulley_radius / np.sqrt(2)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    sides = np.hypot(*np.diff(rectangle.vertices, axis=0).T)
+    marks = np.concatenate([[0.0], np.cumsum(sides)])
+    return np.interp(marks * way[-1] / marks[-1], way, recording.time)
 
 
 def contour_error(

@@ -9,7 +9,14 @@ from typing import Annotated
 import typer
 
 from corexy_fmi.commands.hil_diagnose import commission, result_files, shapes
-from corexy_fmi.commands.hil_run import Setup, execute, open_bench
+from corexy_fmi.commands.hil_grbl import execute_grbl
+from corexy_fmi.commands.hil_grbl_watch import (
+    home_controller,
+    release_controller,
+    show_controller,
+    show_reports,
+)
+from corexy_fmi.commands.hil_run import Dialect, Setup, execute, open_bench
 from corexy_fmi.commands.hil_watch import show_link, show_live
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
 from corexy_fmi.commands.screen import (
@@ -20,7 +27,7 @@ from corexy_fmi.commands.screen import (
     say,
 )
 from corexy_fmi.commands.verdict import show_verdict
-from corexy_fmi.corners import corner_table
+from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.limits import Allowed
@@ -28,7 +35,7 @@ from corexy_fmi.hil.port import SerialPort
 from corexy_fmi.hil.protocol import Type
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import check_stage
-from corexy_fmi.recording import check_drive, read_recording
+from corexy_fmi.recording import Recording, check_drive, read_recording
 from corexy_fmi.rectangle import Rectangle
 
 app = typer.Typer(no_args_is_help=True)
@@ -56,6 +63,10 @@ SilenceOption = Annotated[
     float, typer.Option("--watchdog", help="The board stops when the host is silent so long [s].")
 ]
 BesideOption = Annotated[bool, typer.Option("--beside", help="Drive the FMU beside the board.")]
+DialectOption = Annotated[
+    Dialect, typer.Option(help="This project's firmware, or GRBL 1.1, grblHAL, FluidNC.")
+]
+HomeOption = Annotated[bool, typer.Option("--home", help="GRBL: find the switches ($H) first.")]
 
 
 @app.callback()
@@ -63,10 +74,13 @@ def hil() -> None:
     """Hardware in the loop: stream motions to the board, record, compare with the FMU.
 
     Proven on an emulated board, not yet run on real motors. Nothing moves without --arm.
+    A board with GRBL, grblHAL or FluidNC: --dialect grbl, docs/grbl.md.
 
     Examples:
 
     corexy hil check --port /dev/ttyUSB0
+
+    corexy hil check --dialect grbl --port /dev/ttyUSB0
 
     corexy hil rectangle --width 0.06 --height 0.04 --speed 0.039 --port /dev/ttyUSB0 --out run.csv
     """
@@ -88,6 +102,8 @@ def run(
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
     watchdog: SilenceOption = Allowed.silence,
+    dialect: DialectOption = Dialect.binary,
+    home: HomeOption = False,
 ) -> None:
     """Play a recording's phi1, phi2 on the board and record what comes back.
 
@@ -106,8 +122,8 @@ def run(
     check_stage(order, chosen)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply)
-    execute(setup, order, {})
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home)
+    _play(dialect, setup, order)
 
 
 @app.command("rectangle")
@@ -132,6 +148,8 @@ def rectangle(
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
     watchdog: SilenceOption = Allowed.silence,
+    dialect: DialectOption = Dialect.binary,
+    home: HomeOption = False,
 ) -> None:
     """Drive the rectangle of `corexy rectangle` on the board.
 
@@ -147,10 +165,18 @@ def rectangle(
     order = rectangle_command(shape, chosen, out.name)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply)
-    made = execute(setup, replace(order, metadata={}), {})
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home)
+    made = _play(dialect, setup, replace(order, metadata={}))
     if made is not None and "x" in made:
-        show_corners(corner_table(made, shape))
+        radius = chosen.parameters["pulley_radius"]
+        own = dialect is Dialect.grbl  # such a controller keeps a timing of its own
+        times = passing_times(made, shape, radius) if own else None
+        show_corners(corner_table(made, shape, times))
+
+
+def _play(dialect: Dialect, setup: Setup, order: Recording) -> Recording | None:
+    """A run on the board that speaks this dialect."""
+    return execute_grbl(setup, order) if dialect is Dialect.grbl else execute(setup, order, {})
 
 
 @app.command("diagnose")
@@ -201,6 +227,7 @@ def diagnose(
 def check(
     port: PortOption,
     seconds: Annotated[float, typer.Option(min=0.5, help="How long to listen.")] = 3.0,
+    dialect: DialectOption = Dialect.binary,
 ) -> None:
     """Firmware, switches, link quality, latency and clock of the board; moves nothing.
 
@@ -208,6 +235,9 @@ def check(
 
     corexy hil check --port /dev/ttyUSB0
     """
+    if dialect is Dialect.grbl:
+        show_controller(port, seconds)
+        return
     board = Board(SerialPort(port))
     board.connect()
     show_link(board, seconds)
@@ -217,6 +247,7 @@ def check(
 def monitor(
     port: PortOption,
     seconds: Annotated[float | None, typer.Option(help="Without: until Ctrl-C.")] = None,
+    dialect: DialectOption = Dialect.binary,
 ) -> None:
     """A live view of the board's reports; moves nothing.
 
@@ -224,20 +255,39 @@ def monitor(
 
     corexy hil monitor --port /dev/ttyUSB0
     """
+    if dialect is Dialect.grbl:
+        show_reports(port, seconds)
+        return
     board = Board(SerialPort(port))
     board.connect()
     show_live(board, seconds)
 
 
 @app.command("release")
-def release(port: PortOption) -> None:
+def release(port: PortOption, dialect: DialectOption = Dialect.binary) -> None:
     """Switch the drivers off, to move the carriage by hand; the position is then unknown.
 
     Examples:
 
     corexy hil release --port /dev/ttyUSB0
     """
-    board = Board(SerialPort(port))
-    board.connect()
-    board.command(Type.RELEASE)
+    if dialect is Dialect.grbl:
+        release_controller(port)
+    else:
+        board = Board(SerialPort(port))
+        board.connect()
+        board.command(Type.RELEASE)
     say("drivers off")
+
+
+@app.command("home")
+def home(port: PortOption, arm: ArmOption = False) -> None:
+    """GRBL's homing cycle ($H): both axes to their switches, slowly; says where it then stands.
+
+    A controller that resets when its port is opened forgets it again: use --home of a run instead.
+
+    Examples:
+
+    corexy hil home --port /dev/ttyUSB0 --arm
+    """
+    home_controller(port, arm)

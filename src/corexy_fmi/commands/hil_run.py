@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
 import typer
@@ -34,6 +35,13 @@ BOARDS = {  # both firmwares: what a dry run assumes, when no board is asked
 COUNTS = {"stepper": 3200, "dc": 4000}  # of a revolution: 16 microsteps; 1000 lines
 
 
+class Dialect(StrEnum):
+    """What the board speaks."""
+
+    binary = "binary"
+    grbl = "grbl"
+
+
 @dataclass(frozen=True)
 class Setup:
     """What the options of a run say."""
@@ -48,6 +56,7 @@ class Setup:
     arm: bool
     beside: bool
     supply: float
+    home: bool = False
 
     @property
     def counts_per_turn(self) -> int:
@@ -61,6 +70,8 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
     Leaves with status 3 where the motion stopped early; its recording up to then is written.
     Raises InputError for what the machine or the board does not allow.
     """
+    if setup.home:
+        raise InputError("--home: this firmware has no homing, expected --centred")
     if setup.machine.drive == "dc" and setup.beside:
         raise InputError("--beside: it drives the FMU with angles, expected a stepper machine")
     if not setup.arm:

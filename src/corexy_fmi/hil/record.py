@@ -45,7 +45,7 @@ def rows(
         f"phi{m + 1}": np.interp(time, log.plan.time, log.plan.angles[:, m]) for m in (0, 1)
     }
     for m in (0, 1):
-        seen = _placed(time, reports, counts[:, m])
+        seen = placed(time, reports, counts[:, m])
         if log.plan.scale.steps:
             channels[f"steps{m + 1}"] = seen
         else:
@@ -53,7 +53,7 @@ def rows(
     if tracker is not None:
         places = places if len(stamps) else np.empty((0, 2))
         for k, axis in enumerate("xy"):
-            channels[axis] = _placed(time, stamps, places[:, k])
+            channels[axis] = placed(time, stamps, places[:, k])
     return time, channels
 
 
@@ -73,7 +73,7 @@ def _samples(log: Log, board: Board, tracker: Tracker | None) -> tuple[Array, Ar
     return offset + rate * host - log.start * log.plan.scale.tick, places
 
 
-def _placed(rows: Array, time: Array, values: Array) -> Array:
+def placed(rows: Array, time: Array, values: Array) -> Array:
     """Samples in their rows, blank elsewhere."""
     column = np.full(len(rows), np.nan)
     inside = (time >= rows[0] - NEAR) & (time <= rows[-1] + NEAR)
