@@ -15,6 +15,7 @@ from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.score import NEAR_TWIN
 
 Entry = dict[str, Any]
+LARGE = 50  # cases of an earlier run that is shown in full
 STRONG = 700.0  # planted at E = 1000; the real E scatters around it
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
 
@@ -166,17 +167,20 @@ def speed(entries: list[Entry]) -> str:
 
 
 def earlier() -> list[str]:
-    """The runs before this one, of engines that were changed since: outcomes by commit."""
-    groups: dict[str, Counter[str]] = {}
+    """The runs before this one, of engines that were changed since: large ones in full."""
+    groups: dict[str, list[Entry]] = {}
     for e in read(RESULTS / "earlier.jsonl"):
-        said = f"{e['truth']['kind']} {e['outcome']}"
-        groups.setdefault(e["commit"][:12], Counter())[said] += 1
+        groups.setdefault(e["commit"][:12], []).append(e)
     if not groups:
         return []
-    texts = {g: ", ".join(f"{n} {k}" for k, n in sorted(c.items())) for g, c in groups.items()}
-    rows = [f"| {g} | {text} |" for g, text in texts.items()]
-    told = "Runs begun before, with engines that were changed since:"
-    return ["## Earlier runs", "", told, "", "| commit | outcomes |", "|---|---|", *rows, ""]
+    lines = ["## Earlier runs", "", "Runs of engines that were changed since, on other seeds:", ""]
+    for commit, entries in groups.items():
+        if len(entries) < LARGE:
+            said = Counter(f"{e['truth']['kind']} {e['outcome']}" for e in entries)
+            lines += [f"- {commit}: {', '.join(f'{n} {k}' for k, n in sorted(said.items()))}"]
+        else:
+            lines += ["", f"{len(entries)} cases at {commit}:", "", *headline(entries), ""]
+    return [*lines, ""]
 
 
 def page(entries: list[Entry], command: str) -> str:

@@ -71,12 +71,17 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
     agrees = proof is None or confirmed(proof)
     if best.hypothesis.law and (proof is None or harmless(proof)):
         return Verdict("unexplained", best)
-    if not agrees:
-        return _refuted(best)
     chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
+    if not agrees and not (chance < SURE and _undisputed(best, proof)):
+        return _refuted(best)
     if chance >= SURE:
         return Verdict("explained", best)
     return Verdict("ambiguous", best, (rivals(competition, best),))
+
+
+def _undisputed(best: Entry, proof: Proof | None) -> bool:
+    """Whether held-out data, which show little of an effect, do not speak against it either."""
+    return proof is not None and best.gain > WEAK_GAIN and harmless(proof)
 
 
 def incomplete(verdict: Verdict, left: Leftover) -> Verdict:

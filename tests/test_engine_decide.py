@@ -1,0 +1,51 @@
+"""What the competition and the data kept back allow to be said, case by case."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from corexy_fmi.engine.verdict import SURE, decide
+
+
+def entry(name, gain, law=None):
+    hypothesis = SimpleNamespace(key=((name, "x"),), law=law, uses=() if law else (1,), label=name)
+    return SimpleNamespace(hypothesis=hypothesis, gain=gain)
+
+
+def competition(chance, gain, law=None):
+    """A winner with its probability, and one rival that has the rest."""
+    entries = (entry("first", gain, law), entry("second", gain - 1))
+    return SimpleNamespace(best=entries[0], entries=entries, probability=(chance, 1 - chance))
+
+
+def proof(*gains, retuned=1.5, explained=1.0):
+    """Held-out runs with these gains."""
+    rms = {"retuned": retuned, "explained": explained}
+    return SimpleNamespace(gains=lambda role: list(gains), pooled=lambda state, role: rms[state])
+
+
+SURELY, TIED = 0.99, 0.6
+CASES = [
+    (SURELY, 500.0, proof(30.0), "explained"),
+    (SURELY, 500.0, proof(), "explained"),
+    (SURELY, 500.0, proof(30.0, -0.5), "unexplained"),  # a gain on every file is asked
+    (SURELY, 500.0, proof(-25.0), "unexplained"),
+    (SURELY, 30.0, proof(-25.0), "nothing_missing"),
+    (TIED, 500.0, proof(30.0), "ambiguous"),
+    (TIED, 500.0, proof(0.5), "ambiguous"),  # the data kept back show little of it
+    (TIED, 500.0, proof(-25.0), "unexplained"),
+    (TIED, 30.0, proof(0.5), "nothing_missing"),
+]
+
+
+@pytest.mark.parametrize(("chance", "gain", "kept", "word"), CASES)
+def test_the_word(chance, gain, kept, word):
+    assert TIED < SURE < SURELY
+    assert decide(competition(chance, gain), kept).word == word
+
+
+@pytest.mark.parametrize(("gain", "word"), [(-1.0, "unexplained"), (-25.0, "unexplained")])
+def test_a_law_has_no_name_to_lose(gain, word):
+    found = decide(competition(SURELY, 500.0, law=object()), proof(gain))
+    assert found.word == word
+    assert (found.entry is None) == (gain < -2)
