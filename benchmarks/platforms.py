@@ -30,6 +30,8 @@ from corexy_fmi.machine import load_machine
 from corexy_fmi.rectangle import Rectangle
 
 HOST = Path(__file__).with_name("foreign_host.c")
+DOCUMENT = Path(__file__).parents[1] / "docs" / "fmu.md"
+BEGIN, END = "<!-- platforms: begin -->", "<!-- platforms: end -->"
 RESULT = Path(__file__).parent / "results" / "platforms.json"
 OUTPUTS, INPUTS = ("x_true", "y_true", "x", "y"), ("phi1", "phi2", "phi1_rate", "phi2_rate")
 SIDES, SPEED, STEP = (0.056, 0.042), 0.1, 1e-3  # [m], [m/s], [s]
@@ -116,6 +118,30 @@ def compare(place: Path, machine: str) -> list[dict[str, Any]]:
     return rows
 
 
+def table(document: dict[str, Any]) -> str:
+    """The table of docs/fmu.md as Markdown."""
+    lines = [
+        f"Rectangle of {1e3 * SIDES[0]:g} mm x {1e3 * SIDES[1]:g} mm at {1e3 * SPEED:g} mm/s, step "
+        f"{1e3 * STEP:g} ms, machine yin2018 (a surrogate), from a C host with its resources in a folder "
+        "whose name has an accent and a blank; largest difference of x, y, x_true, y_true from the "
+        f"first row; `{document['command']}` at commit {document['commit'][:12]}:",
+        "",
+        "| binary | run by | points | difference [m] |",
+        "|---|---|---|---|",
+    ]
+    for row in document["rows"]:
+        cells = (f"`{row['binary']}`", row["by"], str(row["points"]), f"{row['difference_m']:g}")
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def render(document: dict[str, Any]) -> None:
+    """Put the table between its marks in docs/fmu.md."""
+    before, rest = DOCUMENT.read_text(encoding="utf-8").split(BEGIN)
+    page = f"{before}{BEGIN}\n{table(document)}\n{END}{rest.split(END)[1]}"
+    DOCUMENT.write_text(page, encoding="utf-8")
+
+
 def main() -> None:
     """Build, run, print and write."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
@@ -125,6 +151,7 @@ def main() -> None:
         rows = compare(place, "yin2018")
     commit = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout
     document = {"command": "python -m benchmarks.platforms", "commit": commit.strip(), "rows": rows}
+    render(document)
     RESULT.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     print(json.dumps(document, indent=1))
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import re
 import struct
@@ -20,14 +21,15 @@ import pytest
 from binary_symbols import parts
 from fmu_kit import folder, machine, rectangle, template
 
+from benchmarks import platforms as emulated
 from corexy_fmi.errors import InputError
 from corexy_fmi.fmu.archive import read_archive
 from corexy_fmi.fmu.build import build_fmu
-from corexy_fmi.fmu.library import source_texts
-from corexy_fmi.fmu.platforms import FOLDERS, PLATFORMS, platform_library
+from corexy_fmi.fmu.library import source_texts, write_sources
+from corexy_fmi.fmu.platforms import FOLDERS, PLATFORMS, platform_library, zig_compiler
 from corexy_fmi.fmu.runner import run_fmu
 from corexy_fmi.fmu.universal import universal_binary
-from corexy_fmi.kernel.compiler import native_sources, portable_flags
+from corexy_fmi.kernel.compiler import native_sources, portable_flags, run_compiler
 from corexy_fmi.kernel.layout import bundled_layout
 
 ROOT = Path(__file__).parents[1]
@@ -164,3 +166,21 @@ def test_zig_is_kept_from_what_only_this_processor_has() -> None:
     assert portable_flags((sys.executable, "-m", "ziglang", "cc")) == ("-mcpu=baseline",)
     assert portable_flags(("gcc",)) == ()
     assert set().union(*map(set, FOLDERS.values())) == set(PLATFORMS)
+
+
+@NEEDS_ZIG
+def test_windows_code_is_clean_c99_too(tmp_path: Path) -> None:
+    """The one file that tells platforms apart."""
+    write_sources(tmp_path, source_texts(bundled_layout()))
+    flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-c", "machine_file.c"]
+    run_compiler([*zig_compiler(), "-target", "x86_64-windows-gnu", *flags], tmp_path)
+
+
+def test_the_page_tells_what_was_measured_under_emulators() -> None:
+    """All three binaries ran the whole rectangle, and moved alike."""
+    document = json.loads(emulated.RESULT.read_text(encoding="utf-8"))
+    assert emulated.table(document) in emulated.DOCUMENT.read_text(encoding="utf-8")
+    assert [row["binary"] for row in document["rows"]] == [r.binary for r in emulated.RUNNERS]
+    for row in document["rows"]:
+        assert row["stroke_m"] == pytest.approx(emulated.SIDES[0], rel=0.01)
+        assert row["difference_m"] <= 1e-12

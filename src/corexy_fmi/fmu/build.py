@@ -17,6 +17,7 @@ from corexy_fmi.fmu.machine_text import machine_text
 from corexy_fmi.fmu.platforms import platform_binaries
 from corexy_fmi.fmu.python_slave import python_files
 from corexy_fmi.fmu.variables import Variable, interface_guid, machine_table
+from corexy_fmi.kernel.compiler import native_sources
 from corexy_fmi.kernel.layout import Layout, bundled_layout, make_layout
 from corexy_fmi.machine import Machine, load_machine, machine_to_toml
 
@@ -73,13 +74,14 @@ def fmu_content(
 
 
 def _common(table: Sequence[Variable], machine: Machine, layout: Layout) -> dict[str, bytes]:
-    """The machine, for C and for people, and the documentation."""
+    """The machine, for C and for people, the documentation and the icon."""
     laws = list({i.effect.name: i.effect for i in layout.instances}.values())
     return {
         "resources/machine.txt": machine_text(table, machine, library_guid(layout)),
         "resources/machine.toml": machine_to_toml(machine).encode(),
         "documentation/index.html": index_page(table, machine, laws).encode(),
         "documentation/licenses/license.txt": LICENCE_TEXT.encode(),
+        "model.png": (native_sources().parent / "model.png").read_bytes(),
     }
 
 
