@@ -122,9 +122,9 @@ def table(document: dict[str, Any]) -> str:
     """The table of docs/fmu.md as Markdown."""
     lines = [
         f"Rectangle of {1e3 * SIDES[0]:g} mm x {1e3 * SIDES[1]:g} mm at {1e3 * SPEED:g} mm/s, step "
-        f"{1e3 * STEP:g} ms, machine yin2018 (a surrogate), from a C host with its resources in a folder "
-        "whose name has an accent and a blank; largest difference of x, y, x_true, y_true from the "
-        f"first row; `{document['command']}` at commit {document['commit'][:12]}:",
+        f"{1e3 * STEP:g} ms, machine yin2018 (a surrogate), from a C host with its resources in a "
+        "folder whose name has an accent and a blank; largest difference of x, y, x_true, y_true "
+        f"from the first row; `{document['command']}` at commit {document['commit'][:12]}:",
         "",
         "| binary | run by | points | difference [m] |",
         "|---|---|---|---|",

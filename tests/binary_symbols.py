@@ -1,13 +1,14 @@
-"""Processor and exported names of ELF, PE and Mach-O files, 64 bit, little-endian, from bytes."""
+"""Processor, exported names and signature of 64-bit ELF, PE and Mach-O files."""
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from collections.abc import Iterator
 
 ELF_MACHINES = {62: "x86_64", 183: "aarch64"}
 MACH_MACHINES = {0x01000007: "x86_64", 0x0100000C: "aarch64"}
-DYNAMIC_SYMBOLS, LOAD_SYMBOLS = 11, 2
+DYNAMIC_SYMBOLS, LOAD_SYMBOLS, LOAD_SIGNATURE = 11, 2, 0x1D
 
 
 def text(data: bytes, at: int) -> str:
@@ -77,3 +78,27 @@ def mach(data: bytes) -> Iterator[str]:
                 if kind & 1 and kind & 0xE and word not in ("__mh_dylib_header", "___dso_handle"):
                     yield word[1:]
         at += size
+
+
+def signed_pages(data: bytes) -> list[bool]:
+    """Whether each page of a Mach-O file has the SHA-256 that its ad hoc signature tells.
+
+    Empty without a signature.  Blobs as in Apple's <kern/cs_blobs.h>.
+    """
+    at = 32
+    for _ in range(struct.unpack_from("<I", data, 16)[0]):
+        command, size = struct.unpack_from("<II", data, at)
+        if command == LOAD_SIGNATURE:
+            (start,) = struct.unpack_from("<I", data, at + 8)
+            (first,) = struct.unpack_from(">I", data, start + 16)
+            return _pages(data, start + first)
+        at += size
+    return []
+
+
+def _pages(data: bytes, directory: int) -> list[bool]:
+    hashes, _, _, count, limit = struct.unpack_from(">IIIII", data, directory + 16)
+    length, _, _, power = struct.unpack_from(">BBBB", data, directory + 36)
+    told = [data[directory + hashes + length * k :][:length] for k in range(count)]
+    ends = [min(limit, (k + 1) << power) for k in range(count)]
+    return [hashlib.sha256(data[k << power : ends[k]]).digest() == told[k] for k in range(count)]

@@ -18,7 +18,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from binary_symbols import parts
+from binary_symbols import parts, signed_pages
 from fmu_kit import folder, machine, rectangle, template
 
 from benchmarks import platforms as emulated
@@ -97,6 +97,18 @@ def test_all_binaries_export_the_standards_functions_only() -> None:
 
 
 @NEEDS_ZIG
+def test_the_arm64_macos_binary_is_signed_ad_hoc() -> None:
+    """macOS on arm64 kills a process that loads a page without its hash."""
+    data = read_archive(everywhere())["binaries/aarch64-darwin/CoreXY.dylib"]
+    pages = signed_pages(data)
+    assert len(pages) > 2
+    assert all(pages)
+    damaged = bytearray(data)
+    damaged[len(data) // 2] ^= 1
+    assert signed_pages(bytes(damaged)).count(False) == 1
+
+
+@NEEDS_ZIG
 def test_the_same_sources_give_the_same_bytes_without_a_cache(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,6 +171,26 @@ def test_a_universal_file_holds_its_parts_unchanged() -> None:
         universal_binary([files[0], files[0]])
     with pytest.raises(ValueError, match="magic"):
         universal_binary([b"\x7fELF" + bytes(60)])
+
+
+@pytest.mark.parametrize(
+    ("name", "folders"),
+    [
+        ("x86_64", ("linux64",)),
+        ("aarch64", ("linux64", "aarch64-linux")),
+        ("arm64", ("linux64", "aarch64-linux")),
+    ],
+)
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="folders of Linux")
+def test_a_hosts_build_stands_where_its_own_fmpy_looks(name: str, folders: tuple[str, ...]) -> None:
+    """By the host's machine name; fmpy itself decides, in a process of its own."""
+    code = (
+        f"import platform; platform.machine = lambda: {name!r}; import fmpy;"
+        "from corexy_fmi.fmu.build import binary_folders as found;"
+        "assert fmpy.platform in found(); print(*found())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert tuple(done.stdout.split()) == folders
 
 
 def test_zig_is_kept_from_what_only_this_processor_has() -> None:
