@@ -1,4 +1,4 @@
-"""Build the FMU: ``python build_fmu.py [--flavour native|python] [--machine FILE] [--out DIR]``."""
+"""Build the FMU: ``python build_fmu.py [--flavour native|python] [--out DIR] ...``."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ def main() -> int:
     parser.add_argument("--flavour", choices=("native", "python"), default="native")
     parser.add_argument("--machine", help="machine file or bundled name that the FMU holds")
     parser.add_argument("--out", type=Path, default=Path("build"), help="folder for it")
+    parser.add_argument("--all-platforms", action="store_true", help="needs the wheel ziglang")
     chosen = parser.parse_args()
     try:
         machine = load_machine(chosen.machine) if chosen.machine else None
-        print(build_fmu(chosen.out, machine, chosen.flavour))
+        built = build_fmu(chosen.out, machine, chosen.flavour, all_platforms=chosen.all_platforms)
+        print(built)
     except InputError as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         return 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import shutil
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 from fmu_kit import FLAVOURS, FMU2Told, diseased, folder, machine, rectangle, template
 
 from corexy_fmi.errors import InputError
+from corexy_fmi.fmu.archive import read_archive
 from corexy_fmi.fmu.build import binary_folders, build_fmu
 from corexy_fmi.fmu.library import C_FILES, fmu_library, source_texts
 from corexy_fmi.fmu.session import unpacked
@@ -54,6 +56,18 @@ def test_the_archive_holds_binary_sources_documents_and_the_machine() -> None:
         loaded = load_machine(place / "resources" / "machine.toml")
     assert all(word in page for word in ("effects.backlash.motor1.gap", "phi1_rate", "surrogate"))
     assert loaded == machine()
+
+
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_both_flavours_carry_icon_licence_and_page(flavour: str) -> None:
+    """The icon is a PNG that is not blank."""
+    import matplotlib.image
+
+    content = read_archive(template(flavour))
+    assert {"documentation/index.html", "documentation/licenses/license.txt"} <= set(content)
+    icon = matplotlib.image.imread(io.BytesIO(content["model.png"]), format="png")
+    assert icon.shape == (128, 128, 4)
+    assert 0.1 < (icon[..., 3] > 0.5).mean() < 0.9
 
 
 def test_nothing_of_a_machine_becomes_markup(tmp_path: Path) -> None:

@@ -15,11 +15,17 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
+#define NOGDI
+#define NOUSER /* it has an INPUT of its own */
+#include <windows.h>
+#endif
 
 #define REFUSE(...) return snprintf(why, SENTENCE, __VA_ARGS__), 0
 #define FILE_NAME "resources/machine.txt"
 
-enum { LARGEST_FILE = 1 << 22 };
+enum { LARGEST_FILE = 1 << 22, LONGEST_PATH = 4096 };
 
 struct text { const char *at, *end; };
 
@@ -39,10 +45,10 @@ static char *path_of(const char *location, const char *file)
     if (is_uri && from[0] == '/' && from[1] == '/') {
         from = strchr(from + 2, '/');
         if (!from) return 0;
-#ifdef _WIN32
-        from++;
-#endif
     }
+#ifdef _WIN32
+    if (is_uri && *from == '/') from++; /* file:///C:/... and file:/C:/... */
+#endif
     char *path = malloc(strlen(from) + strlen(file) + 2), *to = path;
     if (!path) return 0;
     for (; *from; from++) {
@@ -56,10 +62,21 @@ static char *path_of(const char *location, const char *file)
     return path;
 }
 
+/* a decoded URI is UTF-8, which fopen of Windows does not know */
+static FILE *open_file(const char *path)
+{
+#ifdef _WIN32
+    wchar_t wide[LONGEST_PATH];
+    if (MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, wide, LONGEST_PATH))
+        return _wfopen(wide, L"rb");
+#endif
+    return fopen(path, "rb");
+}
+
 /* the whole file in memory, or 0 */
 static char *slurp(const char *path, size_t *size)
 {
-    FILE *file = fopen(path, "rb");
+    FILE *file = open_file(path);
     char *bytes = file ? malloc(LARGEST_FILE) : 0;
     *size = bytes ? fread(bytes, 1, LARGEST_FILE, file) : 0;
     if (file) fclose(file);

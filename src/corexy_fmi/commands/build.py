@@ -27,6 +27,12 @@ def build(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for it.", callback=existing_folder_or_none)
     ] = Path(),
+    all_platforms: Annotated[
+        bool,
+        typer.Option(
+            "--all-platforms", help="Linux, Windows and macOS in one file; needs ziglang."
+        ),
+    ] = False,
 ) -> None:
     """Build the FMU (FMI 2.0, co-simulation).
 
@@ -35,10 +41,12 @@ def build(
     corexy build --out build
 
     corexy build --machine DIR/machine.toml --flavour python --out build
+
+    corexy build --all-platforms --out build
     """
     from corexy_fmi.fmu.build import build_fmu
 
     chosen = load_machine(machine or ASSUMED)
-    built = build_fmu(out, chosen if machine else None, flavour.value)
+    built = build_fmu(out, chosen if machine else None, flavour.value, all_platforms=all_platforms)
     label(chosen)
     say(f"FMU: {built} ({built.stat().st_size / 1e6:.2f} MB)")

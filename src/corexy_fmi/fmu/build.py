@@ -14,8 +14,10 @@ from corexy_fmi.fmu.description import FLAVOURS, NATIVE, Flavour, model_descript
 from corexy_fmi.fmu.document import LICENCE_TEXT, index_page
 from corexy_fmi.fmu.library import C_FILES, fmu_library, library_guid, source_texts
 from corexy_fmi.fmu.machine_text import machine_text
+from corexy_fmi.fmu.platforms import platform_binaries
 from corexy_fmi.fmu.python_slave import python_files
 from corexy_fmi.fmu.variables import Variable, interface_guid, machine_table
+from corexy_fmi.kernel.compiler import native_sources
 from corexy_fmi.kernel.layout import Layout, bundled_layout, make_layout
 from corexy_fmi.machine import Machine, load_machine, machine_to_toml
 
@@ -27,46 +29,59 @@ def build_fmu(
     machine: Machine | None = None,
     flavour: str = "native",
     effects: Mapping[str, Effect] | None = None,
+    *,
+    all_platforms: bool = False,
 ) -> Path:
     """Write the FMU of a machine, ``CoreXY.fmu`` or ``CoreXYPython.fmu``, and give its path.
 
     ``flavour`` is "native" or "python"; without a machine it holds `yin2018` with every effect
     neutral.  ``effects`` are all known effects where a user's own are among them.  A C compiler is
-    needed only where the library for this set of effects is not in the cache.
+    needed only where the library for this set of effects is not in the cache.  ``all_platforms``
+    puts the binaries of `corexy_fmi.fmu.platforms` inside; that needs zig.
     Raises InputError where it is needed and absent, for a value out of range, for a flavour that
     this platform has no binary of, and where the folder cannot be written.
     """
-    if flavour not in FLAVOURS:
-        raise InputError(f"flavour: found {flavour!r}, expected one of {', '.join(FLAVOURS)}")
-    kind = FLAVOURS[flavour]
+    kind = _flavour(flavour, all_platforms)
     layout = bundled_layout() if effects is None else make_layout(effects)
     chosen = load_machine(TEMPLATE) if machine is None else machine
     path = Path(out_dir) / f"{kind.identifier}.fmu"
-    write_archive(path, fmu_content(chosen, kind, layout))
+    write_archive(path, fmu_content(chosen, kind, layout, all_platforms=all_platforms))
     return path
 
 
-def fmu_content(machine: Machine, flavour: Flavour, layout: Layout) -> dict[str, bytes]:
+def _flavour(name: str, all_platforms: bool) -> Flavour:
+    if name not in FLAVOURS:
+        raise InputError(f"flavour: found {name!r}, expected one of {', '.join(FLAVOURS)}")
+    if all_platforms and FLAVOURS[name] is not NATIVE:
+        raise InputError(f"flavour: found {name!r}, expected native for all platforms")
+    return FLAVOURS[name]
+
+
+def fmu_content(
+    machine: Machine, flavour: Flavour, layout: Layout, *, all_platforms: bool = False
+) -> dict[str, bytes]:
     """Every file of the FMU by its name in the archive."""
     table = machine_table(machine, layout)
     guid = interface_guid(table, flavour.identifier)
     sources = C_FILES if flavour is NATIVE else ()
     description = model_description(table, flavour, guid, machine.name, sources)
     content = _common(table, machine, layout) | {"modelDescription.xml": description}
-    library = fmu_library(layout).read_bytes()
     if flavour is NATIVE:
-        return content | _binaries(library, flavour) | _sources(layout)
+        binaries = platform_binaries(layout) if all_platforms else _binaries(layout, flavour)
+        return content | binaries | _sources(layout)
+    library = fmu_library(layout).read_bytes()
     return content | python_files(description, library, library_guid(layout), content)
 
 
 def _common(table: Sequence[Variable], machine: Machine, layout: Layout) -> dict[str, bytes]:
-    """The machine, for C and for people, and the documentation."""
+    """The machine, for C and for people, the documentation and the icon."""
     laws = list({i.effect.name: i.effect for i in layout.instances}.values())
     return {
         "resources/machine.txt": machine_text(table, machine, library_guid(layout)),
         "resources/machine.toml": machine_to_toml(machine).encode(),
         "documentation/index.html": index_page(table, machine, laws).encode(),
         "documentation/licenses/license.txt": LICENCE_TEXT.encode(),
+        "model.png": (native_sources().parent / "model.png").read_bytes(),
     }
 
 
@@ -80,7 +95,8 @@ def binary_folders() -> tuple[str, ...]:
     )
 
 
-def _binaries(library: bytes, flavour: Flavour) -> dict[str, bytes]:
+def _binaries(layout: Layout, flavour: Flavour) -> dict[str, bytes]:
+    library = fmu_library(layout).read_bytes()
     name = f"{flavour.identifier}{fmpy.sharedLibraryExtension}"
     return {f"binaries/{folder}/{name}": library for folder in binary_folders()}
 

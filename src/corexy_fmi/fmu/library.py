@@ -16,7 +16,9 @@ from corexy_fmi.kernel.compiler import (
     SUFFIX,
     cache_folder,
     compile_library,
+    find_compiler,
     native_sources,
+    portable_flags,
 )
 from corexy_fmi.kernel.generate import generated_header, sizes_header
 from corexy_fmi.kernel.layout import Layout
@@ -76,7 +78,13 @@ def fmu_library(layout: Layout) -> Path:
     if not target.exists():
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            for file, text in texts.items():
-                (folder / file).write_text(text, encoding="utf-8", newline="\n")
-            compile_library([folder / file for file in C_FILES], target, f"-I{folder}")
+            write_sources(folder, texts)
+            flags = (f"-I{folder}", *portable_flags(find_compiler()))
+            compile_library([folder / file for file in C_FILES], target, *flags)
     return target
+
+
+def write_sources(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write source texts under their names."""
+    for file, text in texts.items():
+        (folder / file).write_text(text, encoding="utf-8", newline="\n")

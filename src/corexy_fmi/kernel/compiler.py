@@ -87,13 +87,17 @@ def compile_library(sources: Sequence[Path], target: Path, *flags: str) -> None:
         pass
     try:
         files = [*map(str, sources), "-o", beside.name]
-        command = [*find_compiler(), *FLAGS, *flags, "-shared", *files, "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            raise InputError(f"the C compiler failed: {done.stderr.strip()[:800]}")
+        run_compiler([*find_compiler(), *FLAGS, *flags, "-shared", *files, "-lm"])
         os.replace(beside.name, target)
     finally:
         Path(beside.name).unlink(missing_ok=True)
+
+
+def run_compiler(command: Sequence[str], folder: Path | None = None) -> None:
+    """Run a C compiler in a folder.  Raises InputError with its first lines where it fails."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    if done.returncode:
+        raise InputError(f"the C compiler failed: {done.stderr.strip()[:800]}")
 
 
 def _fingerprint(layout: Layout, lanes: int) -> str:
@@ -117,6 +121,11 @@ def cpu_name() -> str:
         return platform.processor()
     told = ("model name", "flags", "Features")
     return " ".join(sorted({x for x in info.read_text().splitlines() if x.startswith(told)}))
+
+
+def portable_flags(compiler: Sequence[str]) -> tuple[str, ...]:
+    """Flags that keep a compiler from using what only this CPU has; zig does unless it is told."""
+    return ("-mcpu=baseline",) if "ziglang" in compiler else ()
 
 
 def native_flags(lanes: int) -> tuple[str, ...]:
