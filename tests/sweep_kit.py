@@ -26,7 +26,9 @@ def plan(sets=200, chunk=64, vary=VARY, machine="yin2018", shape=SHAPE, **more):
 
 def run(what, path, jobs=1, report=lambda sets: None):
     """Do or go on with a sweep; the numbers of the chunks that were found done."""
-    folder = Folder(path, what.document(), {"machine": what.machine.name})
+    machine = what.machine
+    about = {"machine": machine.name, "surrogate": machine.surrogate}
+    folder = Folder(path, what.document(), about)
     with workers(jobs) as (executor, ahead):
         done = folder.open()
         sweep(what, folder, done, executor, ahead, report)

@@ -13,7 +13,7 @@ from corexy_fmi.sweep.vary import base_vector
 
 Array = NDArray[np.float64]
 Columns = dict[str, NDArray[np.generic]]
-BLOCK = 64  # sets whose paths are in memory at once, a multiple of the lanes
+BLOCK = 32  # sets whose paths are in memory at once, a multiple of the lanes
 
 
 def run_chunk(plan: Plan, index: int) -> Columns:
