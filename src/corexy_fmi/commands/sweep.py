@@ -88,6 +88,7 @@ def sweep(
     --dask 10.0.0.1:8786 --out swept
     """
     from corexy_fmi.sweep.folder import Folder
+    from corexy_fmi.sweep.parquet import pyarrow
     from corexy_fmi.sweep.plan import Plan
     from corexy_fmi.sweep.run import sweep as run
     from corexy_fmi.sweep.vary import read_ranges
@@ -99,6 +100,7 @@ def sweep(
     ranges, chosen = read_ranges(vary or (), spread or (), load_machine(machine))
     plan = Plan(chosen, shape, ranges, sets, seed, chunk, within)
     about = {"machine": chosen.name, "surrogate": chosen.surrogate}
+    pyarrow()
     folder = Folder(out, plan.document(), about)
     with workers(jobs or _cores(), dask) as (executor, ahead):
         done = folder.open()
