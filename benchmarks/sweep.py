@@ -90,7 +90,7 @@ def collected(what: Plan, rows: int) -> dict[str, float]:
 
 def document() -> dict[str, Any]:
     """All figures."""
-    what = plan()
+    what, load = plan(), os.getloadavg()[0]
     run_chunk(what, 0)
     rows = [swept(what, cores) for cores in CORES]
     return {
@@ -101,7 +101,7 @@ def document() -> dict[str, Any]:
         "vary": VARY,
         "sets": SETS,
         "chunk": CHUNK,
-        "load_average_of_the_last_minute": os.getloadavg()[0],
+        "load_average_before": load,
         "sweeps": rows,
         "collecting": [collected(what, n) for n in COLLECTED],
     }

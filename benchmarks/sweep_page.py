@@ -18,6 +18,12 @@ SOURCE = "https://docs.dask.org/en/latest/best-practices.html"
 OVERHEAD = (200e-6, 1e-3)  # [s] a task of Dask's scheduler, as its documentation has it
 
 
+BUSY = (
+    "The machine was busy with other work on its cores: the rates are too low, and what two cores "
+    "gave over one says nothing about scaling. Scaling over cores is not measured."
+)
+
+
 def ceiling(row: Mapping[str, float]) -> float:
     """Sets per second that one collecting process can take, at a size of chunks."""
     return row["sets"] / (row["write"] + row["hand_over"])
@@ -32,12 +38,13 @@ def figures(found: Mapping[str, Any]) -> str:
             "",
             f"Measured by `{found['command']}` at commit `{found['commit']}` on "
             f"{found['cpu']}, {len(found['sweeps'])} cores "
-            f"(load average {found['load_average_of_the_last_minute']:.1f}): {found['sets']} sets "
+            f"(load average before: {found['load_average_before']:.1f}): {found['sets']} sets "
             f"of {found['machine']}, {found['rectangle']} ({found['rows']} rows), "
             f"{len(found['vary'])} numbers varied, {found['chunk']} sets a chunk.",
             "",
             *_measured(found),
             "",
+            *([BUSY, ""] if found["load_average_before"] > 0.5 else []),
             *_collecting(found, one),
             "",
             *_estimate(found, one),
