@@ -19,6 +19,7 @@ from corexy_fmi.commands import (
     rectangle,
     reproduce,
     simulate,
+    sweep,
 )
 from corexy_fmi.errors import InputError
 
@@ -38,6 +39,7 @@ app.command("rectangle")(rectangle.rectangle)
 app.command("simulate")(simulate.simulate)
 app.command("diagnose", cls=diagnose.ManyHoldouts)(diagnose.diagnose)
 app.command("plan")(plan.plan)
+app.command("sweep")(sweep.sweep)
 app.command("effects")(effects.effects)
 app.command("build")(build.build)
 app.add_typer(import_.app, name="import")

@@ -25,6 +25,7 @@ FILES = {
 }
 KLIPPER = ("import", "klipper", "raw.csv", "--speed", "0.1", "--accel", "1", "--out", "o.csv")
 RECTANGLE = ("rectangle", *SMALL, "--plant", "model", "--out", "o.csv")
+SWEEP = ("sweep", *SMALL, "--sets", "8", "--out", "o")
 BAD = {
     "unknown command": (("diagnos",), "diagnos"),
     "unknown option": (("effects", "--jsn"), "--jsn"),
@@ -90,6 +91,12 @@ BAD = {
     "move's ends": ((*KLIPPER, "--move", "0,0:a,0"), "move: found 'a,0', expected two numbers"),
     "move nowhere": ((*KLIPPER, "--move", "0,0:0,0"), "expected two different ends"),
     "move off the stage": ((*KLIPPER, "--move", "0,0:1,0"), "leaves the stage"),
+    "sweep's key": (
+        (*SWEEP, "--vary", "belt_axial_stifness=500:900"),
+        "nearest known: belt_axial_stiffness",
+    ),
+    "sweep's bounds": ((*SWEEP, "--vary", "backlash.motor1.gap=0:3"), "expected a value from 0"),
+    "sweep of nothing": (SWEEP, "vary: found none, expected --vary"),
     "axes": ((*KLIPPER, "--move", "0,0:0.01,0", "--axes", "z,z"), "axes: found 'z,z'"),
 }
 
