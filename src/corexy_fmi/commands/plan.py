@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
@@ -22,13 +22,14 @@ from corexy_fmi.commands.screen import (
     say,
     say_json,
 )
-from corexy_fmi.engine.plan import Nameable, smallest
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_folder
-from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.programs import named_command, programs, stage_limits
 from corexy_fmi.recording import write_recording
+
+if TYPE_CHECKING:
+    from corexy_fmi.engine.plan import Nameable
 
 
 def _folder_or_nothing(path: Path | None) -> Path | None:
@@ -60,6 +61,9 @@ def plan(
 
     corexy plan --machine light_bench --noise 1e-5 --speed 0.2 --out programs
     """
+    from corexy_fmi.engine.plan import smallest
+    from corexy_fmi.kernel.layout import bundled_layout
+
     chosen = _checked(load_machine(machine), noise, rate)
     limits = stage_limits(chosen, speed, acceleration)
     orders = {n: named_command(f"{n}.csv", m, chosen, rate) for n, m in programs(limits).items()}
