@@ -2,13 +2,26 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from engine_kit import CASES, NOISE, machine, named, other_motion, record, rich_motion, with_effects
+from engine_kit import (
+    CASES,
+    NOISE,
+    machine,
+    named,
+    other_motion,
+    problem,
+    record,
+    rich_motion,
+    short_motion,
+    with_effects,
+)  # fmt: skip
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.experiment import rivals
 from corexy_fmi.errors import InputError
 from corexy_fmi.motion import check_stage, command
 from corexy_fmi.programs import LONGEST, Limits, named_command, programs, recorded_limits
@@ -83,3 +96,16 @@ def test_it_stays_within_what_was_recorded():
     assert asked.y <= seen.y * 1.001
     assert asked.speed <= seen.speed * 1.01
     assert named_command("a", programs(seen)["star"], machine()).name == "a"
+
+
+def test_what_belongs_to_one_recording_is_no_rival():
+    chosen = problem(record(machine(), short_motion()), machine(), [("missed_steps", "motor1")])
+    other = problem(record(machine(), short_motion()), machine(), [("backlash", "motor1")])
+    entries = [
+        SimpleNamespace(hypothesis=p.hypothesis, fit=SimpleNamespace(problem=p), gain=99.0)
+        for p in (chosen, other)
+    ]
+    keys = tuple(e.hypothesis.key for e in entries)
+    verdict = SimpleNamespace(classes=(keys,), entry=entries[0])
+    found = rivals(verdict, SimpleNamespace(entries=entries))
+    assert [f.problem for f in found] == [other]

@@ -10,6 +10,7 @@ from itertools import permutations
 
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.foresee import Sensing, imagined, parting
+from corexy_fmi.engine.local import is_local
 from corexy_fmi.engine.name import THRESHOLD, Competition, Mapper
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.errors import InputError
@@ -32,9 +33,13 @@ class Experiment:
 
 
 def rivals(verdict: Verdict, competition: Competition) -> list[Fit]:
-    """The fits that the data left side by side; without effects too where its class is listed."""
+    """The fits that the data left side by side; without effects too where its class is listed.
+
+    What belongs to one recording (`local.py`) foretells nothing of another, and is left out.
+    """
     wanted = [key for group in verdict.classes for key in group]
-    found = [e.fit for e in competition.entries if e.hypothesis.key in wanted and e.hypothesis.uses]
+    listed = [e for e in competition.entries if e.hypothesis.key in wanted and e.hypothesis.uses]
+    found = [e.fit for e in listed if not is_local(e.fit)]
     weak = verdict.entry is not None and verdict.entry.gain < THRESHOLD
     return [*found[:RIVALS], *([competition.retuned] if () in wanted or weak else [])]
 
@@ -57,7 +62,8 @@ def next_experiment(
         limits = recorded_limits(recordings, machine)
     except InputError:  # nothing moved
         return None
-    orders = [named_command(FILE, motion, machine) for motion in programs(limits).values()]
+    names, motions = zip(*programs(limits).items(), strict=True)
+    orders = [named_command(FILE, motion, machine) for motion in motions]
     sensing = Sensing.like(competition.retuned)
 
     def least(order: Recording) -> float:
@@ -66,7 +72,7 @@ def next_experiment(
 
     found = list(mapper(least, orders))
     best = max(range(len(found)), key=lambda n: found[n])
-    return Experiment(orders[best], _why(list(programs(limits))[best], fits, found[best]))
+    return Experiment(orders[best], _why(names[best], fits, found[best]))
 
 
 def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:

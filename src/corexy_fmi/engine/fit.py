@@ -89,12 +89,14 @@ def minimise(
         before, exact = 0.5 * float(residual @ residual), jacobian
         for k in range(1 + secants):
             step, after, gain = _step(problem, u, residual, jacobian, (low, high))
-            unforeseen = after - residual - jacobian @ step
+            more = gain > enough and k < secants
+            if more:
+                unforeseen = after - residual - jacobian @ step
+                jacobian = jacobian + np.outer(unforeseen, step / (step @ step))
             if gain > 0:
                 u, residual = u + step, after
-            if gain <= enough or k == secants:
+            if not more:
                 break
-            jacobian = jacobian + np.outer(unforeseen, step / (step @ step))
         if before - 0.5 * float(residual @ residual) < enough and (n > 0 or borrowed is None):
             near = exact
             break

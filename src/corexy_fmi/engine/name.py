@@ -21,10 +21,7 @@ from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
 AHEAD, AHEAD_BLEACHED, SHORT, FINALISTS, LAWS = 16, 6, 3, 6, 4
-CLOSE, CLOSE_SHARE = (
-    40.0,
-    0.25,
-)  # [nats], and share of the best one's gain, behind which all is lost
+CLOSE, CLOSE_SHARE = 40.0, 0.25  # [nats]; share of the best one's gain: behind both all is lost
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
 LEAST = 1.5  # [nats] that any other lead gains in the screen
