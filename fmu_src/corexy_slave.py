@@ -5,8 +5,11 @@ in both.  Nothing here raises into the host: a failure is logged, told on stderr
 refuses (pythonfmu crashes hosts after a few exceptions, and knows no other way to say no).
 """
 
+import atexit
+import contextlib
 import ctypes
 import functools
+import os
 import sys
 import weakref
 from pathlib import Path
@@ -41,6 +44,24 @@ def listener(heard):
         heard.append((category.decode(), sentence))
 
     return Logger(hear)
+
+
+@functools.cache
+def end_cleanly(folder):
+    """Let pythonfmu's binary forget its interpreter before the process ends (Linux).
+
+    It forgets it twice where the FMU is still loaded then: version 0.7 counts down a reference in
+    a block that is free by that time, which now and then aborts a host on its way out.
+    """
+    if sys.platform == "linux":
+        for binary in folder.parent.glob("binaries/*/*.so"):
+            atexit.register(forget, str(binary))
+
+
+def forget(binary):
+    """The first time, in good order; a binary that is no longer loaded has nothing to forget."""
+    with contextlib.suppress(OSError):
+        ctypes.CDLL(binary, mode=os.RTLD_LAZY | os.RTLD_NOLOAD).finalizePythonInterpreter()
 
 
 def escaped(sentence):
@@ -90,6 +111,7 @@ class CoreXYPython(Fmi2Slave):
 
     def instantiate(self):
         """Load the library and read the machine; raises OSError or RuntimeError."""
+        end_cleanly(self.folder)
         files = sorted(self.folder.glob(f"{__name__}.library.*"))
         if not files:
             raise RuntimeError(f"{self.folder}: no {__name__}.library.*, expected the kernel")
