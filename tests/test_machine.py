@@ -101,9 +101,10 @@ def test_numbers_of_the_lost_table_are_labelled(name):
 
 
 def test_all_parameters_of_an_effect_are_filled(machine_file):
+    rest = {"grip": 1.0, "hold": 0.0, "seat1": 0.0, "seat2": 0.0}
     text = "[[effects]]\nname = 'backlash'\nlocation = 'motors'\nparameters = {gap = 0.01}"
     (use,) = load_machine(machine_file(text)).effects
-    assert use == EffectUse("backlash", "motors", {"gap": 0.01, "grip": 1.0})
+    assert use == EffectUse("backlash", "motors", {"gap": 0.01, **rest})
 
 
 def effect(name, location="x", more="parameters = {}"):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from inspect import signature
 
 AXES = {"x": (0,), "y": (1,), "xy": (0, 1)}
 MOTORS = {"motor1": (0,), "motor2": (1,), "motors": (0, 1)}
@@ -49,6 +50,7 @@ class Parameter:
     default: float | None = None  # value where a machine file leaves it out; None: must be given
     over: str = ""
     local: bool = False  # belongs to one recording: each has its own value
+    initial: bool = False  # where a memory begins, -1 .. 1: free in every run, told of none
     drives: tuple[str, ...] = (STEPPER, DC)
     units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ
 
@@ -99,6 +101,16 @@ class Effect:
     # (moving masses), span_stiffness (of a section beside the bridge) and spacing (of its ends)
     pole: Callable[..., object] | None = None
     claims: Mapping[str, bool] = field(default_factory=dict)  # "odd", "dissipative"
+
+    def initial_at(self, location: str) -> tuple[int, ...]:
+        """Indices of the parameters that say where a memory begins at a location."""
+        acting = [
+            law
+            for law in self.laws
+            if any(law.applies(location, place) for place in self.locations[location])
+        ]
+        read = {name for law in acting for name in signature(law.function).parameters}
+        return tuple(k for k, p in enumerate(self.parameters) if p.initial and p.name in read)
 
     @property
     def size(self) -> Parameter:

@@ -1,30 +1,49 @@
 """Play between rotor and belt: the belt pulley is loose on its shaft by an angle.
 
-The belt side may lag the rotor by at most gap / 2 to either side; inside the gap it moves only
-where the net belt force overcomes the friction torque ``grip`` that holds it (a large grip is the
-play operator of the textbooks, zero grip a freely floating pulley):
+The belt side may lag the rotor by at most gap / 2 to either side.  Inside the gap two friction
+torques hold it: ``grip`` against the frame (a large one is the play operator of the textbooks) and
+``hold`` against its shaft (a large one leaves no play).  Without both it floats freely.  It goes to
 
-    |P - K d| <= grip / r,   |d| <= gap r / 2        (d: offset of the belt travel, P: net pull)
+    argmin K (d - P / K)^2 / 2 + (grip |r phi + d - seat| + hold |d - lag|) / r,   |d| <= gap r / 2
+
+(d: offset of the belt travel, P: net pull at d = 0, K: its stiffness, seat and lag: where the belt
+side was, against the frame and against the rotor).
 
 Source: Nordin, Gutman, Automatica 38(10), 2002, doi:10.1016/S0005-1098(02)00047-X.
 """
 
 from corexy_fmi.effects.api import EVERYWHERE, MOTORS, Effect, Law, Parameter
-from corexy_fmi.kernel.xmath import clamp
+from corexy_fmi.kernel.xmath import clamp, maximum, minimum, select
 
 
-def start(travel):
-    """The belt side begins in the middle of its gap."""
-    return {"seat": travel}
+def start1(travel, radius, gap, seat1):
+    """The belt side of motor 1 begins somewhere in its gap."""
+    lag = seat1 * gap * radius / 2
+    return {"seat": travel + lag, "lag": lag}
 
 
-def contact(offset, pull, pull_stiffness, travel, radius, seat, gap, grip):
-    """Offset [m] of the belt travel against the rotor."""
-    hold, half = grip / radius, gap * radius / 2
-    lagging = seat - travel
-    resting = clamp(lagging, (pull - hold) / pull_stiffness, (pull + hold) / pull_stiffness)
-    play = clamp(resting, -half, half)
-    return {"offset": offset + play, "seat": travel + play}
+def start2(travel, radius, gap, seat2):
+    """The same of motor 2."""
+    lag = seat2 * gap * radius / 2
+    return {"seat": travel + lag, "lag": lag}
+
+
+def seat(motor):
+    """Where the belt side begins."""
+    name = f"seat{motor}"
+    meaning = f"where motor {motor}'s pulley begins in its gap: -1 and 1 at the contacts"
+    return Parameter(name, "1", meaning, 0.0, -1.0, 1.0, (0.0,), default=0.0, initial=True)
+
+
+def contact(offset, pull, pull_stiffness, travel, radius, seat, lag, gap, grip, hold):
+    """Offset [m] of the belt travel against the rotor: at rest, it slips against one, or both."""
+    still, half = seat - travel, gap * radius / 2
+    both, less = (grip + hold) / radius, select(still <= lag, hold - grip, grip - hold) / radius
+    below = minimum((pull + both) / pull_stiffness, minimum(still, lag))
+    between = minimum((pull + less) / pull_stiffness, maximum(still, lag))
+    above = (pull - both) / pull_stiffness
+    play = clamp(maximum(below, maximum(between, above)), -half, half)
+    return {"offset": offset + play, "seat": travel + play, "lag": play}
 
 
 EFFECT = Effect(
@@ -38,7 +57,7 @@ EFFECT = Effect(
         Parameter(
             "grip",
             "N m",
-            "friction torque that holds the loose pulley inside its gap",
+            "friction torque against the frame that holds the loose pulley inside its gap",
             1.0,
             1e-5,
             1.0,
@@ -46,11 +65,28 @@ EFFECT = Effect(
             log=True,
             default=1.0,
         ),
+        Parameter(
+            "hold",
+            "N m",
+            "friction torque against its shaft that holds it",
+            0.0,
+            0.0,
+            0.05,
+            (0.0, 1e-3),
+            default=0.0,
+        ),
+        seat(1),
+        seat(2),
     ),
-    laws=(Law("start", start), Law("contact", contact)),
+    laws=(
+        Law("start", start1, places=(0,)),
+        Law("start", start2, places=(1,)),
+        Law("contact", contact),
+    ),
     equation=(
         r"u = r\,\varphi + d,\quad |d| \leq r\,\mathrm{gap}/2,"
-        r"\quad |P - K d| \leq \mathrm{grip}/r"
+        r"\quad d = \arg\min \tfrac{K}{2}(d - P/K)^2"
+        r" + \tfrac{\mathrm{grip}}{r}|u - u_0| + \tfrac{\mathrm{hold}}{r}|d - d_0|"
     ),
     citation="Nordin, Gutman 2002, doi:10.1016/S0005-1098(02)00047-X",
     remedy="Tighten the set screw of the motor's pulley, or clamp or glue the pulley to its shaft.",
@@ -59,5 +95,5 @@ EFFECT = Effect(
     state="velocity_reversal",
     fidelities=EVERYWHERE,
     claims={"dissipative": True},
-    memory=("seat",),
+    memory=("seat", "lag"),
 )

@@ -16,7 +16,7 @@ from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import Lead, screen
-from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
+from corexy_fmi.engine.unknowns import SMOOTHING, STIFFNESS, Hypothesis
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
@@ -27,6 +27,8 @@ ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best 
 LEAST = 1.5  # [nats] that any other lead gains in the screen
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
+STIFFER = 1.2  # log of the factor
+LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -146,20 +148,28 @@ def _round(
     """One round of competition on top of a fit; settled finalists, best first.
 
     Searched under the base's own noise and, where that is coloured, under white noise too: a slow
-    mismatch can pass for colour, and is then invisible to a search that trusts the colour.
+    mismatch can pass for colour, and is then invisible to a search that trusts the colour.  The
+    first round also begins from stiffer belts: soft ones pass for whatever lags.
     """
     finals: list[Fit] = []
     rest: list[Fit] = []
-    for start in [base, *_bleached(base)]:
+    for start, ahead, most in _starts(base, floor, finalists):
         leads = _thin(screen(start, candidates, mapper), floor)
-        shorts = _shorts(leads, mapper, AHEAD if start is base else AHEAD_BLEACHED)
-        going = _contenders(start, shorts[:finalists])
+        shorts = _shorts(leads, mapper, ahead)
+        going = _contenders(start, shorts[:most])
         ended = sorted(mapper(_long, going), key=_rank)
         close = [f for f in ended if _rank(f) - _rank(ended[0]) < _margin(start, ended[0])]
         finals += close
         rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
     settled = sorted(mapper(settle, _once(finals)), key=_rank)
     return settled + rest
+
+
+def _starts(base: Fit, floor: float, finalists: int) -> list[tuple[Fit, int, int]]:
+    """Where a round searches from, with how many short and long fits."""
+    bleached = [(fit, AHEAD_BLEACHED, finalists) for fit in _bleached(base)]
+    stiffer = [(fit, AHEAD_BLEACHED, finalists) for fit in _stiffer(base)] if floor == 0 else []
+    return [(base, AHEAD, finalists), *bleached, *stiffer]
 
 
 def _margin(start: Fit, best: Fit) -> float:
@@ -197,15 +207,28 @@ def _bleached(base: Fit) -> list[Fit]:
     return [minimise(white_noise(base), base.u, 8)]
 
 
+def _stiffer(base: Fit) -> list[Fit]:
+    """The base with its belts stiffened, which a search from there holds; nothing where the
+    machine file says how stiff they are.
+    """
+    keys = base.problem.keys
+    if STIFFNESS not in keys:
+        return []
+    k, u = keys.index(STIFFNESS), base.u.copy()
+    u[k] = min(u[k] + STIFFER, base.problem.limits()[1][k])
+    residual, slopes = base.problem.linearised(u)
+    slopes[:, k] = 0.0
+    cost = 0.5 * float(residual @ residual) + base.problem.log_scale()
+    return [Fit(base.problem, u, cost, residual, slopes)] if np.isfinite(cost) else []
+
+
 def _rank(fit: Fit) -> float:
     return fit.cost + penalty(fit.problem, _samples(fit))
 
 
 def repolish(base: Fit, winner: Fit) -> Fit:
     """The retuned machine refitted from a winner's nominal parameters; the better of both."""
-    keys = {x.key: winner.u[k] for k, x in enumerate(winner.problem.unknowns)}
-    start = np.array([keys.get(x.key, 0.0) for x in base.problem.unknowns])
-    start = np.concatenate([start, winner.u[len(winner.problem.unknowns) :]])
+    start = base.problem.carried(winner.problem, winner.u)
     other = settle(minimise(base.problem, start))
     return other if other.cost < base.cost else base
 
@@ -256,12 +279,33 @@ def _refined(fit: Fit) -> Fit:
 
 def _polished(one: Fit, two: Fit) -> Fit:
     """The better of a fit and itself begun again where the fit with a second effect ended."""
-    keys = {x.key: two.u[k] for k, x in enumerate(two.problem.unknowns)}
-    start = np.array([keys[x.key] for x in one.problem.unknowns])
-    again = settle(
-        minimise(one.problem, np.concatenate([start, two.u[len(two.problem.unknowns) :]]))
-    )
+    again = settle(minimise(one.problem, one.problem.carried(two.problem, two.u)))
     return again if again.cost < one.cost else one
+
+
+def _shaken(fit: Fit, mapper: Mapper) -> Fit:
+    """A fit begun again from beside where it ended: dry friction leaves many minima close by.
+
+    Each of the effects' parameters but their sizes is pushed by its scale, up and down.
+    """
+    shapes = {
+        f"{i.effect.name}.{i.location}.{p.name}"
+        for i in fit.problem.hypothesis.uses
+        for p in i.effect.parameters
+        if not p.size
+    }
+    moved = [k for k, key in enumerate(fit.problem.keys) if key in shapes]
+    starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
+    again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
+    best = min([fit, *again], key=lambda f: f.cost)
+    return settle(best) if best.cost < fit.cost - 1 else fit
+
+
+def _leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
+    """The entries with those in the lead fitted again from beside their ends, best first."""
+    ahead = [e for e in entries if e.hypothesis.uses and e.gain > entries[0].gain - CLOSE]
+    again = {id(e): _entry(base, _shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
+    return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
 
 
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:
@@ -307,7 +351,8 @@ def compete(
         held = unique.get(entry.hypothesis.key)
         if held is None or entry.gain > held.gain:
             unique[entry.hypothesis.key] = entry
-    entries = _prefer_catalogue(sorted(unique.values(), key=lambda e: -e.gain))
+    entries = sorted(unique.values(), key=lambda e: -e.gain)
+    entries = _prefer_catalogue(_leaders(base, entries, mapper))
     live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
     chances, nothing = _probabilities([e.gain for e in live])
     lookup = dict(zip(map(id, live), chances, strict=True))

@@ -127,7 +127,7 @@ def _smallest(stage: _Stage, instance: Instance) -> Nameable:
     """The size at which the name would be settled on one program."""
     drive, size = stage.base.problem.machine.drive, instance.effect.size
     start = combinations(instance, stage.offered)[0]
-    count = sum(drive in p.drives for p in instance.effect.parameters)
+    count = sum(drive in p.drives and not p.initial for p in instance.effect.parameters)
     needed = 2 * THRESHOLD + count * float(np.log(stage.base.problem.runs[0].count))
     factor, share, rival, values = 1.0, 0.0, "", start
     for _ in range(ROUNDS):

@@ -1,8 +1,9 @@
 """The output-error problem: whitened residuals of a hypothesis over runs, and their Jacobian.
 
 Vector u: nominal parameters, effect parameters, then for each run its own nuisances: the initial
-belt deflection (two) and, where any clock is free, by how much its samples are late.  Offsets of
-the channels are projected out, so that they cost no unknowns.
+belt deflection (two), where any clock is free by how much its samples are late, and where the
+memories of effects begin.  Offsets of the channels are projected out, so that they cost no
+unknowns.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from corexy_fmi.topology import REDUCED
 STEP = 1e-3  # finite difference on the internal scale
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
+DEFLECTIONS = ("deflection along x", "deflection along y")
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
@@ -89,6 +91,8 @@ class Problem:
     coarse: float = 1.0
     unknowns: tuple[Unknown, ...] = field(init=False)
     base: Array = field(init=False)
+    begins: dict[str, int] = field(init=False)
+    own_keys: tuple[str, ...] = field(init=False)
     prior: tuple[Array, Array] = field(init=False)
     limit: float = field(init=False)
 
@@ -108,9 +112,12 @@ class Problem:
         object.__setattr__(self, "base", base)
         limit = 0.0 if self.pinned else self._limit(base)
         object.__setattr__(self, "limit", limit)
-        std = np.array(
-            [u.prior_std for u in unknowns] + ([1.0, 1.0, np.inf][: self.own]) * len(self.runs)
-        )
+        begins = self._begins()
+        clock = ("clock",) if any(run.clock_free for run in self.runs) else ()
+        object.__setattr__(self, "begins", begins)
+        object.__setattr__(self, "own_keys", (*DEFLECTIONS, *clock, *begins))
+        own = [np.inf if key == "clock" else 1.0 for key in self.own_keys]
+        std = np.array([u.prior_std for u in unknowns] + own * len(self.runs))
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
         )
@@ -125,10 +132,31 @@ class Problem:
         """Number of unknowns, each run's own included."""
         return len(self.unknowns) + self.own * len(self.runs)
 
+    def _begins(self) -> dict[str, int]:
+        """Where in the kernel's vector it stands at what a memory begins, by key."""
+        given = {(use.name, use.location) for use in self.machine.effects}
+        kept = [i for i in self.layout.instances if (i.effect.name, i.location) in given]
+        return {
+            f"{i.effect.name}.{i.location}.{i.effect.parameters[k].name}": i.parameter + k
+            for i in (*kept, *self.hypothesis.uses)
+            for k in i.effect.initial_at(i.location)
+        }
+
     @property
     def own(self) -> int:
         """Number of nuisances of each run."""
-        return 3 if any(run.clock_free for run in self.runs) else 2
+        return len(self.own_keys)
+
+    @property
+    def keys(self) -> list[str]:
+        """A key for each element of u."""
+        own = [f"{key} of run {r}" for r in range(len(self.runs)) for key in self.own_keys]
+        return [x.key for x in self.unknowns] + own
+
+    def carried(self, other: Problem, u: Array) -> Array:
+        """Another problem's u (its size,) in this one's order; zero for what is new."""
+        known = dict(zip(other.keys, u, strict=True))
+        return np.array([known.get(key, 0.0) for key in self.keys])
 
     def first_own(self, run: int) -> int:
         """Index of a run's first nuisance."""
@@ -145,6 +173,9 @@ class Problem:
         for k, unknown in enumerate(self.unknowns):
             if unknown.run in (None, run):
                 result[:, unknown.index] = unknown.value(u[:, k])
+        first = self.first_own(run + 1) - len(self.begins)
+        for k, index in enumerate(self.begins.values(), first):
+            result[:, index] = np.clip(self.base[index] + u[:, k], -1.0, 1.0)
         return result
 
     def deflections(self, u: Array, run: int) -> Array:
@@ -243,7 +274,8 @@ class Problem:
         pairs = [x.limits() for x in self.unknowns]
         for run in self.runs:
             reach = LATEST / LATE if run.clock_free else 0.0
-            pairs += [(-6.0, 6.0), (-6.0, 6.0), (-reach, reach)][: self.own]
+            bounds = {"clock": reach} | dict.fromkeys(DEFLECTIONS, 6.0)
+            pairs += [(-bounds.get(key, 1.0), bounds.get(key, 1.0)) for key in self.own_keys]
         low, high = np.array(pairs).T
         return low, high
 

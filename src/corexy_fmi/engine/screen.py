@@ -38,27 +38,18 @@ class Lead:
 
     def borrowed(self) -> Array:
         """The base's Jacobian for this problem; NaN in the columns of what was added."""
-        old = {x.key: k for k, x in enumerate(self.base.problem.unknowns)}
-        count, size = len(self.problem.unknowns), self.problem.size
-        samples = len(self.base.residual) - self.base.problem.size
+        old = {key: k for k, key in enumerate(self.base.problem.keys)}
+        size, samples = self.problem.size, len(self.base.residual) - self.base.problem.size
         result = np.full((samples + size, size), np.nan)
-        pairs = [(k, old[x.key]) for k, x in enumerate(self.problem.unknowns) if x.key in old]
-        pairs += [(k, k - count + len(old)) for k in range(count, size)]
+        pairs = [(k, old[key]) for k, key in enumerate(self.problem.keys) if key in old]
         columns, sources = map(list, zip(*pairs, strict=True))
         result[:samples, columns] = self.base.jacobian[:samples, sources]
         result[samples:, columns] = np.diag(self.problem.prior[1])[:, columns]
         return result
 
 
-def _embed(base: Fit, problem: Problem) -> Array:
-    """The base fit's u in a problem that has more unknowns; the new ones at zero."""
-    old = {x.key: base.u[k] for k, x in enumerate(base.problem.unknowns)}
-    u = np.array([old.get(x.key, 0.0) for x in problem.unknowns])
-    return np.concatenate([u, base.u[len(base.problem.unknowns) :]])
-
-
 def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered: Spread) -> Lead:
-    u = _embed(base, problem)
+    u = problem.carried(base.problem, base.u)
     if hypothesis.law:
         return _law_lead(base, hypothesis, problem, u, q)
     instance = hypothesis.uses[-1]

@@ -148,7 +148,7 @@ def effect_unknowns(instance: Instance, drive: str, runs: Sequence[str]) -> list
     """
     found = []
     for k, p in enumerate(instance.effect.parameters):
-        if drive in p.drives:
+        if drive in p.drives and not p.initial:
             one = _effect_unknown(instance, k, p)
             each = [replace(one, key=f"{one.key}@{name}", run=r) for r, name in enumerate(runs)]
             found += each if p.local else [one]

@@ -43,6 +43,7 @@ _ALL = (
         travel="travel",
         angle="q:i + 2",
         command="command",
+        radius="radius:0",
     ),
     _port("start_axis", "the same on an axis", "", position="q"),
     _port("start_sensor", "the same at the sensor", "", x="reported:0", y="reported:1"),
