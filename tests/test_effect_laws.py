@@ -14,6 +14,7 @@ from kernel_helpers import (
     vector,
 )
 
+from corexy_fmi.effects import catalogue
 from corexy_fmi.kernel.call import Excitation
 from corexy_fmi.topology import FULL, REDUCED
 from corexy_fmi.topology.corexy import equivalent_stiffness
@@ -44,6 +45,43 @@ def test_backlash_floats_without_grip():
     tensions = [run(drive(time, path), v, channels=("tension3",)) for v in (values, firm)]
     assert np.abs(x).max() == 0.0
     assert np.abs(tensions[0]).max() < 2.5e-3 + 1e-5 / R
+
+
+def test_a_loose_pulley_goes_where_its_energy_is_least():
+    """The law's closed form against the least of all places where the sum may have its minimum."""
+    contact = next(law for law in catalogue()["backlash"].laws if law.port == "contact").function
+    rng = np.random.default_rng(3)
+    for _ in range(400):
+        pull, seat, lag = rng.normal(size=3)
+        grip, hold = rng.choice([0.0, 0.3, 2.0], 2)
+        k, gap, travel = 1.7, rng.choice([0.5, 50.0]), 0.4
+        found = contact(0.0, pull, k, travel, 1.0, seat, lag, gap, grip, hold)
+        free = [(pull + a * grip + b * hold) / k for a in (-1, 1) for b in (-1, 1)]
+        d = np.clip([found["offset"], seat - travel, lag, *free], -gap / 2, gap / 2)
+        energy = k * (d - pull / k) ** 2 / 2 + grip * abs(d + travel - seat) + hold * abs(d - lag)
+        assert abs(found["offset"]) <= gap / 2
+        assert energy[0] == pytest.approx(energy.min(), abs=1e-12)
+        assert found["lag"] == found["offset"] == pytest.approx(found["seat"] - travel)
+
+
+def test_a_pulley_that_its_shaft_holds_has_no_play():
+    time, path = polyline([(0, 0), (0.02, 0), (0, 0)], 0.05)
+    values = vector(effects=[("backlash", "motors", (0.02, 1e-5, 50.0))])
+    held, bare = (run(drive(time, path), v) for v in (values, vector()))
+    assert held == pytest.approx(bare, abs=1e-9)
+
+
+@pytest.mark.parametrize(("location", "parameter"), [("motor1", 0), ("motor2", 1)])
+@pytest.mark.parametrize("begins", [-1.0, 0.3])
+def test_a_loose_pulley_begins_where_it_is_said_to(location, parameter, begins):
+    """Without motion the stage rests off by r gap begins / 4: half of the offset of one motor."""
+    gap, seats = 0.02, [0.0, 0.0]
+    seats[parameter] = begins
+    values = vector(effects=[("backlash", location, (gap, 1.0, 0.0, *seats))], **FRICTIONLESS)
+    still = Excitation(np.arange(5) * 1e-3, np.zeros(5), np.zeros(5))
+    x, y = run(still, values, fidelity="kinematic")
+    assert x[-1] == pytest.approx(R * gap * begins / 4, rel=1e-9)
+    assert abs(y[-1]) == pytest.approx(abs(x[-1]), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -109,7 +147,7 @@ def test_belt_mismatch_deflects_across_a_load(fidelity):
     assert y[-1] == pytest.approx(-force * (k1 - k2) / (4 * k1 * k2), rel=1e-6)
 
 
-def belt_energy(q, p, strength):
+def belt_energy(q, p, strength, parallel):
     """V [J] with real section lengths, typed from PHYSICS 3 and (6), apart from the table."""
     x, y, phi = q[0], q[1], dict(zip(range(1, 11), p["pulley_radius"] * q[2:], strict=True))
     w, h, c = p["bridge_pulley_spacing"], p["motor_idler_span"], p["clip_spacing"]
@@ -127,15 +165,18 @@ def belt_energy(q, p, strength):
         (h / 2, -y, phi[8] - phi[6] - y),
         (h / 2, -y, phi[7] - phi[5] + y),
     ]
-    stretch = p["belt_axial_stiffness"] / 2
-    return stretch * sum(e**2 / (length + strength * moved) for length, moved, e in sections)
+    behind = sum(e**2 / (length + strength * moved) for length, moved, e in sections)
+    real = sum(e**2 / (length + moved) for length, moved, e in sections)
+    beside = sum((1 - strength) * e**2 / length for length, _, e in sections) + strength * real
+    return p["belt_axial_stiffness"] / 2 * ((1 - parallel) * behind + parallel * beside)
 
 
-@pytest.mark.parametrize("strength", [0.5, 1.0])
-def test_stiffness_vs_position_is_the_gradient_of_its_energy(strength):
+@pytest.mark.parametrize(("strength", "parallel"), [(0.5, 0.0), (1.0, 0.0), (0.5, 1.0), (0.3, 0.4)])
+def test_stiffness_vs_position_is_the_gradient_of_its_energy(strength, parallel):
     p, rng = parameters(), np.random.default_rng(5)
     quiet = {n: 0.0 for n in p if n.endswith("friction")}
-    probe = Probe(vector(effects=[("belt_stiffness_vs_position", "belts", (strength,))], **quiet))
+    used = ("belt_stiffness_vs_position", "belts", (strength, parallel))
+    probe = Probe(vector(effects=[used], **quiet))
     mass = np.array(FULL.constants(p, 0.0).mass)
     free = np.array([0, 1, *range(4, 12)])
     for _ in range(10):
@@ -144,7 +185,8 @@ def test_stiffness_vs_position_is_the_gradient_of_its_energy(strength):
         forces = probe.accelerations(q, 0 * q) * mass
         for i in free:
             d = 1e-6 * (1e-2 if i < 2 else 1.0) * np.eye(12)[i]
-            slope = (belt_energy(q + d, p, strength) - belt_energy(q - d, p, strength)) / (2 * d[i])
+            high, low = (belt_energy(q + shift, p, strength, parallel) for shift in (d, -d))
+            slope = (high - low) / (2 * d[i])
             assert forces[i] == pytest.approx(-slope, rel=1e-4, abs=1e-6 * np.abs(forces).max())
 
 

@@ -24,6 +24,7 @@ from corexy_fmi.engine.candidates import hypotheses, instances
 from corexy_fmi.engine.fit import minimise, own_noise, settle
 from corexy_fmi.engine.model import covariance, retuned_table, tuned_machine
 from corexy_fmi.engine.problem import deflection_scale
+from corexy_fmi.engine.prove import replay
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
@@ -182,3 +183,33 @@ def test_a_fit_is_a_machine_that_replays_it():
     assert replayed == pytest.approx(fit.problem.simulate(fit.u[None], 0)[0], abs=1e-6)
     (use,) = found.effects
     assert use.parameters["gap"] == pytest.approx(0.02, rel=0.1)
+
+
+def test_where_a_loose_pulley_begins_is_found_for_each_run():
+    """Its seat at the start is no parameter of the effect: each replay finds it again."""
+    planted = replace(BACKLASH, parameters={"gap": 0.2, "seat1": -0.8})
+    recording = record(with_effects(machine("yin2018"), planted), short_motion())
+    chosen = problem(recording, machine("yin2018"), (("backlash", "motor1"),))
+    assert chosen.keys[-1] == "backlash.motor1.seat1 of run 0"
+    start = np.zeros(chosen.size)
+    start[chosen.keys.index("backlash.motor1.gap")] = 8.0
+    fit = minimise(chosen, start, 15)
+    assert fit.u[-1] == pytest.approx(-0.8, abs=0.2)
+    again = tuned_machine(fit, "again")
+    assert again.effects[0].parameters["seat1"] == 0.0
+    replayed = replay(chosen.layout, again, chosen.runs[0], chosen.noise[0])
+    assert replayed.fit.u[-1] == pytest.approx(fit.u[-1], abs=0.05)
+
+
+def test_what_one_problem_found_is_carried_into_another_by_name():
+    recording = record(machine("yin2018"), short_motion())
+    small = problem(recording, machine("yin2018"))
+    large = problem(recording, machine("yin2018"), (("backlash", "motor1"),))
+    u = np.arange(1.0, 1.0 + large.size)
+    assert large.keys.index("backlash.motor1.seat1 of run 0") == large.size - 1
+    carried = small.carried(large, u)
+    assert (
+        dict(zip(small.keys, carried, strict=True)).items()
+        <= dict(zip(large.keys, u, strict=True)).items()
+    )
+    assert large.carried(small, carried)[-1] == 0.0

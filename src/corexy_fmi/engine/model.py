@@ -61,6 +61,9 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
             uses.setdefault((effect, location), {})[parameter] = value
         else:
             parameters[unknown.key] = value
+    for i in problem.hypothesis.uses:
+        starts = {p.name: p.neutral for p in i.effect.parameters if p.initial}
+        uses.setdefault((i.effect.name, i.location), {}).update(starts)
     effects = tuple(EffectUse(n, loc, p) for (n, loc), p in uses.items())
     law = problem.hypothesis.law
     forms = (FreeForm(law.location, law.argument, law.knots, tuple(values)),) if law else ()

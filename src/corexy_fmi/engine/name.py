@@ -28,6 +28,7 @@ LEAST = 1.5  # [nats] that any other lead gains in the screen
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
 STIFFER = 1.2  # log of the factor
+LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
 LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
@@ -153,10 +154,10 @@ def _round(
     """
     finals: list[Fit] = []
     rest: list[Fit] = []
-    for start, ahead, most in _starts(base, floor, finalists):
-        leads = _thin(screen(start, candidates, mapper), floor)
+    for start, tried, ahead in _starts(base, candidates, floor == 0):
+        leads = _thin(screen(start, tried, mapper), floor)
         shorts = _shorts(leads, mapper, ahead)
-        going = _contenders(start, shorts[:most])
+        going = _contenders(start, shorts[:finalists])
         ended = sorted(mapper(_long, going), key=_rank)
         close = [f for f in ended if _rank(f) - _rank(ended[0]) < _margin(start, ended[0])]
         finals += close
@@ -165,11 +166,14 @@ def _round(
     return settled + rest
 
 
-def _starts(base: Fit, floor: float, finalists: int) -> list[tuple[Fit, int, int]]:
-    """Where a round searches from, with how many short and long fits."""
-    bleached = [(fit, AHEAD_BLEACHED, finalists) for fit in _bleached(base)]
-    stiffer = [(fit, AHEAD_BLEACHED, finalists) for fit in _stiffer(base)] if floor == 0 else []
-    return [(base, AHEAD, finalists), *bleached, *stiffer]
+def _starts(
+    base: Fit, candidates: list[Hypothesis], first: bool
+) -> list[tuple[Fit, list[Hypothesis], int]]:
+    """Where a round searches from, for which candidates, with how many short fits."""
+    bleached = [(fit, candidates, AHEAD_BLEACHED) for fit in _bleached(base)]
+    lagging = [h for h in candidates if any(i.effect.state in LAGS for i in h.uses)]
+    stiffer = [(fit, lagging, AHEAD_BLEACHED) for fit in _stiffer(base)] if first else []
+    return [(base, candidates, AHEAD), *bleached, *stiffer]
 
 
 def _margin(start: Fit, best: Fit) -> float:
