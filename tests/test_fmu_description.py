@@ -57,7 +57,8 @@ def test_the_description_holds_what_an_importer_looks_for() -> None:
     assert simulation.canInterpolateInputs
     assert simulation.canGetAndSetFMUstate
     assert simulation.canSerializeFMUstate
-    assert not simulation.providesDirectionalDerivative
+    assert simulation.providesDirectionalDerivative
+    assert simulation.maxOutputDerivativeOrder == 1
 
 
 def test_each_parameter_stands_in_the_table() -> None:

@@ -42,6 +42,8 @@ def test_its_archive_is_pythonfmus_without_other_platforms() -> None:
     simulation = fmpy.read_model_description(str(template("python"))).coSimulation
     assert simulation.needsExecutionTool
     assert not simulation.canInterpolateInputs
+    assert not simulation.providesDirectionalDerivative
+    assert simulation.maxOutputDerivativeOrder == 0
 
 
 def test_its_state_is_complete() -> None:

@@ -28,9 +28,11 @@ C_FILES = (
     "fmi2.c",
     "fmi2_instance.c",
     "fmi2_values.c",
+    "fmi2_derivatives.c",
     "fmi2_state.c",
     "machine_file.c",
     "slave.c",
+    "slave_derivatives.c",
     "stage.c",
 )
 HEADERS = ("fmi2_instance.h", "machine_file.h", "slave.h", *STAGE_HEADERS)
