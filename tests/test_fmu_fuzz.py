@@ -1,0 +1,87 @@
+"""Random sequences of calls: a few here, ten thousand by `python -m benchmarks.fmu_fuzz`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from fmu_kit import template
+
+from benchmarks import fmu_fuzz
+from benchmarks.fmu_host import Instance, Library
+from corexy_fmi.fmu.session import unpacked
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_random_walks_end_well() -> None:
+    """In a process of its own: a crash or a hang would end it."""
+    command = [sys.executable, "-m", "benchmarks.fmu_fuzz", "--sequences", "500", "--print"]
+    done = subprocess.run(
+        [*command, "--seed", "1000000"], cwd=ROOT, capture_output=True, text=True, timeout=100
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = json.loads(done.stdout)
+    assert found["wrong"] == []
+    assert found["steps"] > 1000
+    assert found["refused"] > 2000
+    assert found["repeated"] > 50
+
+
+def test_ten_thousand_walks_are_kept() -> None:
+    """The result of the long run; nothing was wrong."""
+    found = json.loads(fmu_fuzz.RESULT.read_text(encoding="utf-8"))
+    assert found["sequences"] >= 10_000
+    assert found["wrong"] == []
+    assert found["slowest_s"] < fmu_fuzz.LONGEST
+
+
+FAULTS = ["silent", "careless", "forgetful", "poisoned"]
+
+
+class Faulty(Instance):
+    """An instance that does one thing wrong."""
+
+    fault = ""
+
+    def step(self, point: float, duration: float) -> int:
+        """Takes what it must refuse."""
+        if self.fault == "careless":
+            super().step(point, duration)
+            return 0
+        return super().step(point, duration)
+
+    def get(self, references: list[int], whole: bool = False) -> tuple[int, list[float]]:  # type: ignore[override]
+        """Gives what is no number."""
+        status, values = super().get(references, whole)
+        bad = self.fault == "poisoned" and not whole
+        return status, [float("nan")] * len(values) if bad else values
+
+    def call(self, name: str, *arguments: object) -> int:
+        """Restores nothing."""
+        if self.fault == "forgetful" and name == "SetFMUstate":
+            return 0
+        return super().call(name, *arguments)
+
+    def _hear(self, *words: object) -> None:
+        if self.fault != "silent":
+            super()._hear(*words)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_walk_sees_an_fmu_that_does_wrong(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Refusals without a sentence, bad steps taken, NaN, states that go on otherwise."""
+    kind = type(fault, (Faulty,), {"fault": fault})
+    monkeypatch.setattr("benchmarks.fmu_host.Instance", kind)
+    with unpacked(template()) as place:
+        library, wrong = Library(place), 0
+        for seed in range(40):
+            try:
+                fmu_fuzz.Walk(library, seed, Counter()).run(60)
+            except fmu_fuzz.Wrong:
+                wrong += 1
+    assert wrong > 0
