@@ -3,8 +3,8 @@
     python -m benchmarks.fmu_corners
 
 drives one rectangle at several communication steps, corners on communication points, with angles
-held, with `inputInterpolation` = ramp and with rates; compares the contour error, eq. (17), with that
-of a converged run; writes benchmarks/results/fmu_corners.json and docs/fmu.md.
+held, with `inputInterpolation` = ramp and with rates; compares the contour error, eq. (17), with
+that of a converged run; writes benchmarks/results/fmu_corners.json and docs/fmu.md.
 """
 
 from __future__ import annotations

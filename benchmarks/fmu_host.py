@@ -81,9 +81,7 @@ class Instance:
         """Status of setting values."""
         count, kind = len(references), "SetInteger" if whole else "SetReal"
         array = (ctypes.c_int if whole else ctypes.c_double) * count
-        return self.call(
-            kind, _references(references), ctypes.c_size_t(count), array(*values)
-        )
+        return self.call(kind, _references(references), ctypes.c_size_t(count), array(*values))
 
     def slope(self, references: Sequence[int], orders: Sequence[int], values: list[float]) -> int:
         """Status of setting input derivatives."""
@@ -119,7 +117,9 @@ class Instance:
         """Status of fmi2SetupExperiment."""
         last = ctypes.c_double(0.0 if stop is None else stop)
         begin = ctypes.c_double(start)
-        return self.call("SetupExperiment", 0, ctypes.c_double(0.0), begin, int(stop is not None), last)
+        return self.call(
+            "SetupExperiment", 0, ctypes.c_double(0.0), begin, int(stop is not None), last
+        )
 
     def step(self, point: float, duration: float) -> int:
         """Status of fmi2DoStep."""

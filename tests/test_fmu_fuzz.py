@@ -13,6 +13,8 @@ from fmu_kit import template
 
 from benchmarks import fmu_fuzz
 from benchmarks.fmu_host import Instance, Library
+from benchmarks.fmu_judge import WrongError
+from benchmarks.fmu_walk import Walk
 from corexy_fmi.fmu.session import unpacked
 
 ROOT = Path(__file__).parents[1]
@@ -81,7 +83,7 @@ def test_the_walk_sees_an_fmu_that_does_wrong(fault: str, monkeypatch: pytest.Mo
         library, wrong = Library(place), 0
         for seed in range(40):
             try:
-                fmu_fuzz.Walk(library, seed, Counter()).run(60)
-            except fmu_fuzz.Wrong:
+                Walk(library, seed, Counter()).run(60)
+            except WrongError:
                 wrong += 1
     assert wrong > 0

@@ -97,7 +97,9 @@ def test_threads_do_not_race(tmp_path: Path) -> None:
     library = tmp_path / "CoreXY.so"
     sources = [str(tmp_path / name) for name in C_FILES]
     flags = [*sanitized, "-std=c99", "-fPIC", "-shared", "-o", str(library)]
-    done = subprocess.run([*find_compiler(), *sources, *flags, "-lm"], capture_output=True, text=True)
+    done = subprocess.run(
+        [*find_compiler(), *sources, *flags, "-lm"], capture_output=True, text=True
+    )
     if done.returncode and "tsan" in done.stderr:
         pytest.skip("the compiler here has no thread sanitizer")
     assert done.returncode == 0, done.stderr[-2000:]
