@@ -63,7 +63,8 @@ class Instance:
         self.component = ctypes.c_void_p(made) if made else None
 
     def _hear(self, _e: Any, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-        self.told.append((status, category.decode(), text.decode(errors="replace")))
+        words = ((category or b"").decode(), (text or b"").decode(errors="replace"))
+        self.told.append((status, *words))
 
     def call(self, name: str, *arguments: Any) -> int:
         """Status of a function that takes this instance first."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from ctypes import c_void_p
+from ctypes import byref, c_int, c_void_p
 
 from benchmarks.fmu_judge import (
     ALLOWED,
@@ -25,7 +25,9 @@ from benchmarks.fmu_judge import (
 
 
 class Walk(Judge):
-    """One sequence."""
+    """One sequence; ``soundness`` is the share of calls that come in their right order."""
+
+    soundness = 0.75
 
     def run(self, calls: int) -> None:
         """Walk; raises WrongError with the trail."""
@@ -48,7 +50,7 @@ class Walk(Judge):
 
     def act(self, actor: Actor, name: str | None = None) -> None:
         """One call."""
-        sound = self.random.random() < 0.75
+        sound = self.random.random() < self.soundness
         names = [n for n in ALLOWED if not sound or actor.phase in ALLOWED[n]]
         chosen = name or self.random.choices(names, [LIKELY.get(n, 1) for n in names])[0]
         self.trail.append(f"{chosen}@{actor.phase}")
@@ -245,7 +247,7 @@ class Walk(Judge):
     def status(self, actor: Actor, allowed: bool) -> None:
         """Nothing is ever pending."""
         told = len(actor.one.told)
-        found = actor.one.call("GetStatus", 0, None)
+        found = actor.one.call("GetStatus", 0, byref(c_int()))
         self.must(found == DISCARD and len(actor.one.told) == told + 1, f"status {found}")
 
     def logging(self, actor: Actor, allowed: bool) -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fmu_kit import template
@@ -20,26 +21,41 @@ from corexy_fmi.fmu.session import unpacked
 ROOT = Path(__file__).parents[1]
 
 
-def test_random_walks_end_well() -> None:
+def walked(sequences: int, flavour: str) -> dict[str, Any]:
     """In a process of its own: a crash or a hang would end it."""
-    command = [sys.executable, "-m", "benchmarks.fmu_fuzz", "--sequences", "500", "--print"]
+    words = ["--sequences", str(sequences), "--seed", "1000000", "--flavour", flavour, "--print"]
     done = subprocess.run(
-        [*command, "--seed", "1000000"], cwd=ROOT, capture_output=True, text=True, timeout=100
-    )
+        [sys.executable, "-m", "benchmarks.fmu_fuzz", *words],
+        cwd=ROOT, capture_output=True, text=True, timeout=100,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
-    found = json.loads(done.stdout)
+    found: dict[str, Any] = json.loads(done.stdout)
     assert found["wrong"] == []
+    return found
+
+
+def test_random_walks_end_well() -> None:
+    """What is allowed is done, what is not is refused, nothing unannounced."""
+    found = walked(500, "native")
     assert found["steps"] > 1000
     assert found["refused"] > 2000
     assert found["repeated"] > 50
 
 
+def test_the_python_flavour_survives_random_walks() -> None:
+    """Its host lives, and no call ends as fatal."""
+    found = walked(100, "python")
+    assert found["steps"] > 10
+    assert found["refused"] > 100
+
+
 def test_ten_thousand_walks_are_kept() -> None:
     """The result of the long run; nothing was wrong."""
-    found = json.loads(fmu_fuzz.RESULT.read_text(encoding="utf-8"))
-    assert found["sequences"] >= 10_000
-    assert found["wrong"] == []
-    assert found["slowest_s"] < fmu_fuzz.LONGEST
+    kept = json.loads(fmu_fuzz.RESULT.read_text(encoding="utf-8"))
+    for flavour, least in (("native", 10_000), ("python", 1_000)):
+        assert kept[flavour]["sequences"] >= least
+        assert kept[flavour]["wrong"] == []
+        assert kept[flavour]["slowest_s"] < fmu_fuzz.LONGEST
 
 
 FAULTS = ["silent", "careless", "forgetful", "poisoned"]

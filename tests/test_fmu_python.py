@@ -159,3 +159,20 @@ def test_an_instance_may_be_freed_at_any_time(tmp_path: Path) -> None:
             capture_output=True, text=True, env={**os.environ, "LD_PRELOAD": str(guard)},
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def test_damaged_bytes_of_a_state_do_not_end_the_host(capfd: pytest.CaptureFixture[str]) -> None:
+    """An exception there is fatal in pythonfmu, and the next one a crash."""
+    with slave(template("python")) as one:
+        one.begin()
+        saved = one.getFMUstate()
+        data = bytearray(one.serializeFMUstate(saved))
+        data[40] ^= 1
+        for wrong in (bytes(data), b"nonsense", b"[1]", b"\xff\xfe", b"{}") * 3:
+            state = one.deSerializeFMUstate(wrong)
+            assert one.status("setFMUstate", state) == 0
+            assert one.status("doStep", 0.0, 1e-3) == 2
+            one.freeFMUstate(state)
+        one.setFMUstate(saved)
+        one.doStep(0.0, 1e-3)
+    assert "no state of this FMU" in capfd.readouterr().err

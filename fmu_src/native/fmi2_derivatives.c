@@ -34,7 +34,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     return fmi2OK;
 }
 
-static fmi2Status finite(instance *i, const char *function, size_t count, const fmi2Real value[])
+static fmi2Status all_finite(instance *i, const char *function, size_t count, const fmi2Real value[])
 {
     for (size_t n = 0; n < count; n++)
         if (!isfinite(value[n])) return refuse(i, function, "a derivative is beyond what a number can hold");
@@ -78,7 +78,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     if (!refresh(i, function)) return fmi2Error;
     if (!slave_foresee(&i->now, &i->trial, &ahead, i->why)) return refuse(i, function, i->why);
     for (size_t n = 0; n < nvr; n++) value[n] = slope_of(i, slave_variable(vr[n], REAL, i->why), ahead);
-    return finite(i, function, nvr, value);
+    return all_finite(i, function, nvr, value);
 }
 
 /* outputs along a direction of inputs, and of parameters while they may be set */
@@ -134,6 +134,6 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     if (i->now.phase != INITIALIZING || !isfinite(part)) return fmi2OK;
     if (add_outputs(i, &d, part, unknown, nUnknown, 2 * part, dvUnknown)
         && add_outputs(i, &d, -part, unknown, nUnknown, -2 * part, dvUnknown))
-        return finite(i, function, nUnknown, dvUnknown);
+        return all_finite(i, function, nUnknown, dvUnknown);
     return refuse(i, function, i->why);
 }
