@@ -8,6 +8,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
 import numpy as np
@@ -62,7 +63,7 @@ def input_table(machine: Machine) -> Table:
     return names, np.hstack([time, np.repeat(phi, 2, axis=0), rates])
 
 
-def _at(inputs: Table, time: float) -> list[float]:
+def _at(inputs: Table, time: float) -> list[Any]:
     """Values just after a time: what is linear between two rows, from the right."""
     rows = inputs[1]
     last = int(np.searchsorted(rows[:, 0], time + STEP / 2)) - 1
