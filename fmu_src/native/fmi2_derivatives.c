@@ -30,7 +30,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
         const struct variable *v = find(i, function, vr[n], REAL);
         if (!v || !slope_is_right(i, v, order[n], value[n])) return fmi2Error;
     }
-    for (size_t n = 0; n < nvr; n++) slave_set_slope(&i->now, slave_variable(vr[n], REAL, i->why), value[n]);
+    for (size_t n = 0; n < nvr; n++) slave_set_slope(&i->now, slave_known(vr[n]), value[n]);
     return fmi2OK;
 }
 
@@ -77,7 +77,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     }
     if (!refresh(i, function)) return fmi2Error;
     if (!slave_foresee(&i->now, &i->trial, &ahead, i->why)) return refuse(i, function, i->why);
-    for (size_t n = 0; n < nvr; n++) value[n] = slope_of(i, slave_variable(vr[n], REAL, i->why), ahead);
+    for (size_t n = 0; n < nvr; n++) value[n] = slope_of(i, slave_known(vr[n]), ahead);
     return all_finite(i, function, nvr, value);
 }
 
@@ -114,7 +114,7 @@ static int add_outputs(instance *i, const struct direction *d, double part, cons
 {
     if (!slave_shift(&i->now, &i->trial, d, part, i->why)) return 0;
     for (size_t n = 0; n < count; n++)
-        sum[n] += slave_get(&i->trial, slave_variable(unknown[n], REAL, i->why)) / over;
+        sum[n] += slave_get(&i->trial, slave_known(unknown[n])) / over;
     return 1;
 }
 

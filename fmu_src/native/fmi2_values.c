@@ -75,7 +75,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     if (!in_phase(i, "fmi2SetReal", SETTABLE) || !arrays(i, "fmi2SetReal", nvr, vr, value)) return fmi2Error;
     for (size_t n = 0; n < nvr; n++)
         if (!settable(i, "fmi2SetReal", vr[n], REAL, value[n])) return fmi2Error;
-    for (size_t n = 0; n < nvr; n++) slave_set(&i->now, slave_variable(vr[n], REAL, i->why), value[n]);
+    for (size_t n = 0; n < nvr; n++) slave_set(&i->now, slave_known(vr[n]), value[n]);
     return fmi2OK;
 }
 
@@ -85,7 +85,7 @@ fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
     if (!in_phase(i, "fmi2SetInteger", SETTABLE) || !arrays(i, "fmi2SetInteger", nvr, vr, value)) return fmi2Error;
     for (size_t n = 0; n < nvr; n++)
         if (!settable(i, "fmi2SetInteger", vr[n], INTEGER, value[n])) return fmi2Error;
-    for (size_t n = 0; n < nvr; n++) slave_set(&i->now, slave_variable(vr[n], INTEGER, i->why), value[n]);
+    for (size_t n = 0; n < nvr; n++) slave_set(&i->now, slave_known(vr[n]), value[n]);
     return fmi2OK;
 }
 

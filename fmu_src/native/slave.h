@@ -41,6 +41,9 @@ const char *slave_interface(void);
 /* number of the parameters that a machine file holds */
 int slave_parameter_count(void);
 
+/* a variable that slave_variable has found before */
+const struct variable *slave_known(unsigned reference);
+
 /* all of these give 1, or 0 with a sentence in why[SENTENCE] */
 const struct variable *slave_variable(unsigned reference, int type, char *why);
 int slave_may_set(const struct variable *v, double value, char *why);

@@ -23,7 +23,7 @@ double slave_part(const slave *s, const struct direction *d)
 {
     double part = HUGE_VAL;
     for (size_t n = 0; n < d->count; n++) {
-        const struct variable *v = slave_variable(d->known[n], REAL, 0);
+        const struct variable *v = slave_known(d->known[n]);
         const double size = fabs(slave_get(s, v)), scale = v->role == INPUT && size < 1 ? 1 : size;
         if (d->seed[n] == 0) continue;
         part = fmin(part, SHARE * (scale > 0 ? scale : 1) / fabs(d->seed[n]));
@@ -36,7 +36,7 @@ int slave_shift(const slave *s, slave *trial, const struct direction *d, double 
 {
     *trial = *s;
     for (size_t n = 0; n < d->count; n++) {
-        const struct variable *v = slave_variable(d->known[n], REAL, why);
+        const struct variable *v = slave_known(d->known[n]);
         const double value = slave_get(s, v) + part * d->seed[n];
         if (d->seed[n] == 0) continue;
         if (!(value >= v->lower && value <= v->upper))
