@@ -1,4 +1,4 @@
-"""A plain pythonfmu slave in numpy: the full stage of a bare stepper machine, no effects, no checks.
+"""A plain pythonfmu slave in numpy: the full stage of a bare stepper machine, nothing checked.
 
 What the FMU would cost if its equations were array operations in Python; `fmu_cost.py` puts the
 constants beside it.
@@ -21,14 +21,13 @@ class NumpyStage(Fmi2Slave):
             self.register_variable(Real(name, causality=Fmi2Causality.input, start=0.0))
         for name in ("x", "y"):
             self.register_variable(Real(name, causality=Fmi2Causality.output))
-        self.table = None
 
     def enter_initialization_mode(self):
         """Read the constants: rest at the origin."""
-        self.table = np.load(next(Path(self.resources).glob("numpy_stage.npz")))
-        self.rows, self.stiffness = self.table["rows"], self.table["stiffness"]
-        self.mass, self.viscous = self.table["mass"], self.table["viscous"]
-        self.coulomb, self.limit = self.table["coulomb"], float(self.table["limit"])
+        with np.load(Path(self.resources) / "numpy_stage.npz") as table:
+            self.rows, self.stiffness = table["rows"], table["stiffness"]
+            self.mass, self.viscous = table["mass"], table["viscous"]
+            self.coulomb, self.limit = table["coulomb"], float(table["limit"])
         self.q, self.v = np.zeros(12), np.zeros(12)
 
     def do_step(self, current_time, step_size):
