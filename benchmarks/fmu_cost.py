@@ -242,9 +242,10 @@ def table(document: dict[str, Any]) -> str:
     """The tables of docs/fmu.md as Markdown."""
     machine, load = document["machine"], document["load_before"][0]
     lines = [
-        f"Time of a step of 1 ms (set four inputs, do the step, get two outputs), machine "
-        f"{MACHINE} (a surrogate), least of {ROUNDS} rounds; {machine['cpu']}, {machine['cores']} cores, "
-        f"load {load:.1f}; `{document['command']}` at commit {document['commit'][:12]}:",
+        "Time of a step of 1 ms (set four inputs, do the step, get two outputs), machine "
+        f"{MACHINE} (a surrogate), least of {ROUNDS} rounds; {machine['cpu']}, "
+        f"{machine['cores']} cores, load {load:.1f}; "
+        f"`{document['command']}` at commit {document['commit'][:12]}:",
         "",
         "| | bare C host [us] | fmpy, `FMU2Slave` [us] |",
         "|---|---|---|",
