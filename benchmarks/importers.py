@@ -2,7 +2,7 @@
 
     python -m benchmarks.importers
 
-needs `pip install ecospy libcosimpy fmu-manipulation-toolbox`, and Debian's libtbb12 for ecospy; what
+needs `pip install ecospy libcosimpy fmu-manipulation-toolbox`, Debian's libtbb12 for ecospy; what
 is absent is told and left out.  Each importer runs in a process of its own.  Writes
 benchmarks/results/importers.json and docs/fmu.md.
 """
@@ -35,7 +35,12 @@ def command(n: int) -> list[float]:
     """Angles [rad] at a point and their rates [rad/s]: motor 1 turns back half way."""
     time, bend = n * STEP, POINTS // 2 * STEP
     there = time < bend - STEP / 2
-    return [8.0 * time if there else 8.0 * (2 * bend - time), 4.0 * time, 8.0 if there else -8.0, 4.0]
+    return [
+        8.0 * time if there else 8.0 * (2 * bend - time),
+        4.0 * time,
+        8.0 if there else -8.0,
+        4.0,
+    ]
 
 
 def through_fmpy(fmu: str) -> Array:
