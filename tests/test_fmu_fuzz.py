@@ -6,15 +6,25 @@ import json
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fmu_kit import template
 
-from benchmarks import fmu_fuzz
+from benchmarks import fmu_cost, fmu_fuzz
 from benchmarks.fmu_host import Instance, Library
-from benchmarks.fmu_judge import WrongError
+from benchmarks.fmu_judge import (
+    ALLOWED,
+    ENDED,
+    FAILED,
+    LOST,
+    MADE,
+    OPEN,
+    RUNNING,
+    WrongError,
+)
 from benchmarks.fmu_walk import Walk
 from corexy_fmi.fmu.session import unpacked
 
@@ -56,6 +66,8 @@ def test_ten_thousand_walks_are_kept() -> None:
         assert kept[flavour]["sequences"] >= least
         assert kept[flavour]["wrong"] == []
         assert kept[flavour]["slowest_s"] < fmu_fuzz.LONGEST
+    page = " ".join(fmu_cost.DOCUMENT.read_text(encoding="utf-8").split())
+    assert f"10 000 walks of {kept['native']['calls']:,} calls".replace(",", " ") in page
 
 
 FAULTS = ["silent", "careless", "forgetful", "poisoned"]
@@ -103,3 +115,53 @@ def test_the_walk_sees_an_fmu_that_does_wrong(fault: str, monkeypatch: pytest.Mo
             except WrongError:
                 wrong += 1
     assert wrong > 0
+
+
+CALLS: dict[str, Callable[[Instance], int]] = {
+    "setup": lambda one: one.setup(0.0, None),
+    "enter": lambda one: one.call("EnterInitializationMode"),
+    "leave": lambda one: one.call("ExitInitializationMode"),
+    "terminate": lambda one: one.call("Terminate"),
+    "reset": lambda one: one.call("Reset"),
+    "step": lambda one: one.step(0.0, 1e-3),
+    "cancel": lambda one: one.call("CancelStep"),
+    "get": lambda one: one.get([1, 2])[0],
+    "set": lambda one: one.set([1, 2], [0.5, -0.5]),
+    "slope": lambda one: one.slope([1, 2], [1, 1], [0.5, -0.5]),
+    "output_slope": lambda one: one.output_slope([7, 8], 1)[0],
+    "along": lambda one: one.along([7, 8], [1], [1.0])[0],
+    "state": lambda one: one.forget(one.save()[1]),
+    "logging": lambda one: one.call("SetDebugLogging", 0, 0, None),
+}
+WAYS = {
+    MADE: [],
+    OPEN: ["enter"],
+    RUNNING: ["enter", "leave"],
+    ENDED: ["enter", "leave", "terminate"],
+    FAILED: ["enter", "leave", "blow"],
+    LOST: ["enter", "leave", "blow", "terminate"],
+}
+
+
+@pytest.mark.parametrize("phase", WAYS)
+def test_every_call_in_every_phase(phase: str) -> None:
+    """Done where the standard allows it, else refused with one sentence that names the phase."""
+    with unpacked(template()) as place:
+        library = Library(place)
+        for name, call in CALLS.items():
+            one = library.instance(name)
+            for way in WAYS[phase]:
+                if way == "blow":
+                    one.set([1, 2], [1e308, 1e308])
+                    one.step(0.0, 1e-3)
+                else:
+                    CALLS[way](one)
+            told = len(one.told)
+            status = call(one)
+            allowed = phase in ALLOWED[name] and (phase, name) != (LOST, "output_slope")
+            assert status == (0 if allowed else 3), name
+            if not allowed:
+                (_, category, sentence) = one.told[-1]
+                assert (len(one.told), category) == (told + 1, "logStatusError")
+                assert sentence.startswith("fmi2")
+            one.free()
