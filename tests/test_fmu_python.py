@@ -116,6 +116,16 @@ def test_a_damaged_machine_fails_its_instantiation(capfd: pytest.CaptureFixture[
     assert "checksum is wrong" in capfd.readouterr().err
 
 
+def test_a_missing_library_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    """On stderr too, where the master mutes its log."""
+    with unpacked(template("python")) as place:
+        for file in (place / "resources").glob("*.library.*"):
+            file.unlink()
+        with pytest.raises(Exception, match="instantiate"):
+            FMU2Told(place).open()
+    assert "expected the kernel" in capfd.readouterr().err
+
+
 def test_a_path_that_pythonfmu_cannot_load_is_refused(tmp_path: Path) -> None:
     """It would crash the host; a space is fine."""
     code = (

@@ -46,7 +46,8 @@ INPUT_TEXT = """\
 <p>A commanded angle moves inside a communication step: give its rate with
 <code>fmi2SetRealInputDerivatives</code> (order 1), or as the input <code>phi1_rate,
 phi2_rate</code> where the master knows no input derivatives. An angle that is only set stands
-still during the step and jumps at its end. Voltages are held. A corner of the path that is no
+still during the step and jumps at its end, or, where <code>inputInterpolation</code> is
+<b>ramp</b>, goes there from where the last step ended. Voltages are held. A corner of the path that is no
 communication point is cut by the straight line between the two points around it: put a
 communication point at each corner.</p>"""
 FREE_FORM_TEXT = """\
