@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -47,9 +48,9 @@ def compiled(name: str, place: Path, target: Path, *flags: str) -> Path:
     return target
 
 
-def run(command: list[str], **more: str) -> str:
+def run(command: list[str]) -> str:
     """What a command prints; it must end well."""
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=more or None)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, f"{done.returncode}: {done.stderr[-3000:]}"
     return done.stdout
 
@@ -90,6 +91,18 @@ def test_valgrind_would_find_an_instance_that_is_not_freed(tmp_path: Path) -> No
     assert done.returncode == 99
 
 
+def sanitised(command: list[str]) -> subprocess.CompletedProcess[str]:
+    """A run under the sanitizer; where the system scatters memory too widely for it, without that."""
+    options = {**os.environ, "TSAN_OPTIONS": "exitcode=66"}
+    for prefix in ([], ["setarch", "-R"]):
+        if prefix and shutil.which(prefix[0]) is None:
+            break
+        done = subprocess.run([*prefix, *command], capture_output=True, text=True, env=options)
+        if "unexpected memory mapping" not in done.stderr and "setarch" not in done.stderr:
+            return done
+    pytest.skip("the thread sanitizer cannot run here: unexpected memory mapping")
+
+
 def test_threads_do_not_race(tmp_path: Path) -> None:
     """Instances in four threads, compiled with the thread sanitizer; each gives the same bits."""
     write_sources(tmp_path, source_texts(bundled_layout()))
@@ -109,9 +122,9 @@ def test_threads_do_not_race(tmp_path: Path) -> None:
             for name, more in (("racing", ["-DRACE"]), ("clean", []))
         )
         words = arguments(place, library)
-        options = {"TSAN_OPTIONS": "exitcode=66"}
-        assert float(run([str(clean), *words], **options)) != 0.0
-        raced = subprocess.run([str(racing), *words], capture_output=True, text=True, env=options)
+        done, raced = (sanitised([str(driver), *words]) for driver in (clean, racing))
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert float(done.stdout) != 0.0
     assert (raced.returncode, "data race" in raced.stderr) == (66, True)
 
 
