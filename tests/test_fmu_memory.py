@@ -92,7 +92,7 @@ def test_valgrind_would_find_an_instance_that_is_not_freed(tmp_path: Path) -> No
 
 
 def sanitised(command: list[str]) -> subprocess.CompletedProcess[str]:
-    """A run under the sanitizer; where the system scatters memory too widely for it, without that."""
+    """A run under the sanitizer; where memory is scattered too widely for it, without that."""
     options = {**os.environ, "TSAN_OPTIONS": "exitcode=66"}
     for prefix in ([], ["setarch", "-R"]):
         if prefix and shutil.which(prefix[0]) is None:
