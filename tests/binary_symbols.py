@@ -9,6 +9,7 @@ from collections.abc import Iterator
 ELF_MACHINES = {62: "x86_64", 183: "aarch64"}
 MACH_MACHINES = {0x01000007: "x86_64", 0x0100000C: "aarch64"}
 DYNAMIC_SYMBOLS, LOAD_SYMBOLS, LOAD_SIGNATURE = 11, 2, 0x1D
+WEAK = 2
 
 
 def text(data: bytes, at: int) -> str:
@@ -35,15 +36,20 @@ def parts(data: bytes) -> dict[str, set[str]]:
     return {f"darwin {MACH_MACHINES[struct.unpack_from('<I', data, 4)[0]]}": set(mach(data))}
 
 
-def elf(data: bytes) -> Iterator[str]:
-    """Defined names of the dynamic symbol table."""
+def imports(data: bytes) -> set[str]:
+    """Names that an ELF file must find elsewhere."""
+    return set(elf(data, defined=False))
+
+
+def elf(data: bytes, *, defined: bool = True) -> Iterator[str]:
+    """Defined names of the dynamic symbol table, or those that are needed and not weak."""
     (table,), size, count = struct.unpack_from("<Q", data, 40), *struct.unpack_from("<HH", data, 58)
     sections = [struct.unpack_from("<IIQQQQIIQQ", data, table + size * i) for i in range(count)]
     for _, kind, _, _, start, length, link, *_ in sections:
         if kind == DYNAMIC_SYMBOLS:
             for at in range(start + 24, start + length, 24):
-                name, _, _, section = struct.unpack_from("<IBBH", data, at)
-                if section:
+                name, binding, _, section = struct.unpack_from("<IBBH", data, at)
+                if bool(section) == defined and (defined or binding >> 4 != WEAK):
                     yield text(data, sections[link][4] + name)
 
 

@@ -95,6 +95,8 @@ class FMU2Told(FMU2Slave):  # type: ignore[misc]
         self.description = read_model_description(str(place))
         self.place = place
         self.messages: list[str] = []
+        self.categories: list[str] = []
+        self.statuses: list[int] = []
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.kinds = {v.name: v.type for v in self.description.modelVariables}
         super().__init__(
@@ -113,6 +115,8 @@ class FMU2Told(FMU2Slave):  # type: ignore[misc]
     ) -> None:
         """Keep a message."""
         self.messages.append(text.decode())
+        self.categories.append(category.decode())
+        self.statuses.append(status)
 
     def status(self, function: str, *arguments: Any) -> int:
         """Status of a call of fmpy's slave, 0 where it went well."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from xml.etree.ElementTree import parse
 
 import numpy as np
 import pytest
@@ -250,12 +251,9 @@ def test_each_contradiction_has_its_sentence(
 
 
 def test_what_is_not_offered_is_refused() -> None:
-    """Derivatives of outputs, directional derivatives, cancelling a step."""
+    """Cancelling a step, a status that never is pending."""
     with slave() as one:
         one.begin()
-        x, phi = [one.references["x"]], [one.references["phi1"]]
-        assert "maxOutputDerivativeOrder" in one.refusal("getRealOutputDerivatives", x, [1])
-        assert "providesDirectional" in one.refusal("getDirectionalDerivative", x, phi, [1.0])
         assert "complete" in one.refusal("cancelStep")
         assert one.status("getStatus", 0) == 2
         one.doStep(0.0, 0.25)
@@ -288,11 +286,62 @@ def test_a_state_that_blows_up_is_told_and_can_be_reset() -> None:
         assert np.isfinite(one.read("x")).all()
 
 
-def test_logging_tells_events_only_where_it_is_on() -> None:
-    """Errors are told in any case; unknown categories are refused."""
+@pytest.mark.parametrize("category", ["logEvents", "logAll", None])
+def test_logging_tells_events_only_where_it_is_on(category: str | None) -> None:
+    """By their category, by all, or by none; unknown categories are refused."""
+    chosen = [category] if category else []
     with slave() as one:
         assert one.messages == []
-        one.setDebugLogging(True, ["logEvents"])
+        one.setDebugLogging(True, chosen)
         one.begin()
         assert "micro-steps" in one.messages[-1]
+        assert (one.categories, one.statuses) == (["logEvents"], [0])
         assert "unknown" in one.refusal("setDebugLogging", True, ["logNothing"])
+        one.setDebugLogging(False, chosen)
+        one.reset()
+        one.begin()
+        assert len(one.messages) == 2
+
+
+def test_each_message_carries_a_category_of_the_description() -> None:
+    """Errors and discards are told in any case, under their own."""
+    with slave() as one:
+        one.setDebugLogging(False, ["logStatusError", "logStatusDiscard"])
+        one.begin()
+        assert one.messages == []
+        one.refusal("doStep", 0.0, -1.0)
+        assert one.status("getStatus", 0) == 2
+        assert one.categories == ["logStatusError", "logStatusDiscard"]
+        assert one.statuses == [3, 2]
+        declared = parse(one.place / "modelDescription.xml").getroot().iter("Category")
+        names = {category.get("name") for category in declared}
+        assert names == {"logEvents", "logStatusError", "logStatusDiscard", "logAll"}
+
+
+def test_nothing_is_computed_beyond_the_stop_time() -> None:
+    """As the standard wants it; rounding of the master's clock is allowed for."""
+    with slave() as one:
+        one.setupExperiment(startTime=0.0, stopTime=0.003)
+        one.enterInitializationMode()
+        one.exitInitializationMode()
+        one.doStep(0.0, 1e-3)
+        assert "stopTime" in one.refusal("doStep", 1e-3, 2.1e-3)
+        one.doStep(1e-3, 2e-3 * (1 + 1e-9))
+        assert "stopTime" in one.refusal("doStep", 3e-3, 1e-3)
+        one.terminate()
+        one.reset()
+        one.begin()
+        one.doStep(0.0, 1.0)
+
+
+def test_an_output_that_is_not_finite_is_refused_each_time() -> None:
+    """While the start is still open, too: the second reading is no better than the first."""
+    with slave() as one:
+        one.setupExperiment()
+        one.enterInitializationMode()
+        one.put(phi1=1e308, phi2=1e308)
+        for _ in range(2):
+            assert "not finite" in one.refusal("getReal", [one.references["x"]])
+        assert "not finite" in one.refusal("exitInitializationMode")
+        one.put(phi1=1.0, phi2=0.0)
+        one.exitInitializationMode()

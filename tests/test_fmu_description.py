@@ -11,7 +11,9 @@ from fmpy.validation import validate_fmu
 from fmu_kit import FLAVOURS, diseased, folder, machine, slave, template
 
 from corexy_fmi.effects import catalogue
+from corexy_fmi.fmu.archive import read_archive
 from corexy_fmi.fmu.build import build_fmu
+from corexy_fmi.fmu.machine_text import fnv1a
 from corexy_fmi.fmu.units import make_unit
 from corexy_fmi.fmu.variables import interface_guid, machine_table, variable_table
 from corexy_fmi.kernel.layout import bundled_layout, make_layout
@@ -57,7 +59,69 @@ def test_the_description_holds_what_an_importer_looks_for() -> None:
     assert simulation.canInterpolateInputs
     assert simulation.canGetAndSetFMUstate
     assert simulation.canSerializeFMUstate
-    assert not simulation.providesDirectionalDerivative
+    assert simulation.providesDirectionalDerivative
+    assert simulation.maxOutputDerivativeOrder == 1
+
+
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_every_variable_is_described_whole(flavour: str) -> None:
+    """Declared types with their units, display units, ranges of parameters, nominals of signals."""
+    description = fmpy.read_model_description(str(template(flavour)))
+    units = {u.name: u for u in description.unitDefinitions}
+    for v in description.modelVariables:
+        assert re.fullmatch(r"[A-Za-z]\w*(\.\w+)*(\[\d+\])?", v.name), v.name
+        assert v.description, v.name
+        if v.unit is not None:
+            assert v.declaredType.unit == v.unit
+            assert v.unit in units
+        if v.causality == "parameter":
+            assert None not in (v.min, v.max, v.start), v.name
+            assert (v.variability, v.initial) == ("fixed", "exact")
+        if v.causality in ("input", "output"):
+            assert (v.unit is not None, v.nominal is not None) == (True, True), v.name
+    shown = {"m": "mm", "rad": "deg", "m/s": "mm/s", "kg": "g", "rad/s": "rpm"}
+    for unit, display in shown.items():
+        assert [d.name for d in units[unit].displayUnits] == [display]
+        assert units[unit].baseUnit is not None
+
+
+def test_the_structure_names_outputs_and_what_they_start_from() -> None:
+    """Every output; those at rest depend on nothing, the others on all (no list)."""
+    description = fmpy.read_model_description(str(template()))
+    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    assert [u.variable.name for u in description.outputs] == outputs
+    unknowns = {u.variable.name: u.dependencies for u in description.initialUnknowns}
+    assert list(unknowns) == outputs
+    assert unknowns["vx"] == unknowns["tension3"] == []
+    assert unknowns["x"] is None
+    with slave() as one:
+        one.setupExperiment()
+        one.enterInitializationMode()
+        one.put(phi1=3.0, phi2=1.0)
+        at_rest = [name for name, dependencies in unknowns.items() if dependencies == []]
+        assert one.read(*at_rest) == [0.0] * len(at_rest)
+
+
+def test_the_default_experiment_runs_as_it_stands() -> None:
+    """fmpy without any argument: a second in steps of a millisecond."""
+    result = fmpy.simulate_fmu(str(template()))
+    experiment = fmpy.read_model_description(str(template())).defaultExperiment
+    told = experiment.startTime, experiment.stopTime, experiment.stepSize
+    assert tuple(map(float, told)) == (0.0, 1.0, 1e-3)
+    assert len(result) == 1001
+    assert result["time"][-1] == 1.0
+
+
+def test_the_machines_hash_travels_with_it() -> None:
+    """The last line of resources/machine.txt; another machine has another one, the GUID is one."""
+    hashes, guids = set(), set()
+    for fmu in (template(), build_fmu(folder() / "diseased", diseased())):
+        content = read_archive(fmu)
+        body, _, line = content["resources/machine.txt"].rpartition(b"checksum ")
+        assert int(line, 16) == fnv1a(body)
+        hashes.add(line)
+        guids.add(fmpy.read_model_description(str(fmu)).guid)
+    assert (len(hashes), len(guids)) == (2, 1)
 
 
 def test_each_parameter_stands_in_the_table() -> None:

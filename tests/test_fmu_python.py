@@ -42,6 +42,8 @@ def test_its_archive_is_pythonfmus_without_other_platforms() -> None:
     simulation = fmpy.read_model_description(str(template("python"))).coSimulation
     assert simulation.needsExecutionTool
     assert not simulation.canInterpolateInputs
+    assert not simulation.providesDirectionalDerivative
+    assert simulation.maxOutputDerivativeOrder == 0
 
 
 def test_its_state_is_complete() -> None:
@@ -114,6 +116,16 @@ def test_a_damaged_machine_fails_its_instantiation(capfd: pytest.CaptureFixture[
     assert "checksum is wrong" in capfd.readouterr().err
 
 
+def test_a_missing_library_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    """On stderr too, where the master mutes its log."""
+    with unpacked(template("python")) as place:
+        for file in (place / "resources").glob("*.library.*"):
+            file.unlink()
+        with pytest.raises(Exception, match="instantiate"):
+            FMU2Told(place).open()
+    assert "expected the kernel" in capfd.readouterr().err
+
+
 def test_a_path_that_pythonfmu_cannot_load_is_refused(tmp_path: Path) -> None:
     """It would crash the host; a space is fine."""
     code = (
@@ -157,3 +169,20 @@ def test_an_instance_may_be_freed_at_any_time(tmp_path: Path) -> None:
             capture_output=True, text=True, env={**os.environ, "LD_PRELOAD": str(guard)},
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def test_damaged_bytes_of_a_state_do_not_end_the_host(capfd: pytest.CaptureFixture[str]) -> None:
+    """An exception there is fatal in pythonfmu, and the next one a crash."""
+    with slave(template("python")) as one:
+        one.begin()
+        saved = one.getFMUstate()
+        data = bytearray(one.serializeFMUstate(saved))
+        data[40] ^= 1
+        for wrong in (bytes(data), b"nonsense", b"[1]", b"\xff\xfe", b"{}") * 3:
+            state = one.deSerializeFMUstate(wrong)
+            assert one.status("setFMUstate", state) == 0
+            assert one.status("doStep", 0.0, 1e-3) == 2
+            one.freeFMUstate(state)
+        one.setFMUstate(saved)
+        one.doStep(0.0, 1e-3)
+    assert "no state of this FMU" in capfd.readouterr().err

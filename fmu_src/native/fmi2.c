@@ -28,6 +28,7 @@ static int load(instance *i, fmi2String location)
     char machine[MACHINE_NAME] = "", sentence[MACHINE_NAME + 32];
     if (!read_machine(location, &i->first, machine, i->why)) return 0;
     i->first.phase = INSTANTIATED;
+    i->first.stop = HUGE_VAL;
     i->now = i->first;
     snprintf(sentence, sizeof sentence, "machine %s", machine);
     tell(i, sentence);
@@ -100,6 +101,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     if (stopTimeDefined && !(stopTime >= startTime))
         return refuse(i, "fmi2SetupExperiment", "stopTime: expected a number that is not below startTime [s]");
     i->now.start = i->now.stage.time = startTime;
+    i->now.stop = stopTimeDefined ? stopTime : HUGE_VAL;
     return fmi2OK;
 }
 

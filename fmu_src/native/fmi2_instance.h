@@ -12,7 +12,7 @@ enum {
 };
 
 typedef struct {
-    slave now, first;                    /* first: as the machine file made it */
+    slave now, first, trial;             /* first: as the machine file made it; trial: to look ahead */
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
     int events;                          /* does the master want logEvents? */
@@ -29,5 +29,10 @@ void tell(instance *i, const char *sentence);
 
 /* may this function be called now?  0 after a sentence */
 int in_phase(instance *i, const char *function, unsigned phases);
+
+/* are both arrays of a call there, is there such a variable, are outputs up to date?  0 after a sentence */
+int arrays(instance *i, const char *function, size_t count, const void *a, const void *b);
+const struct variable *find(instance *i, const char *function, fmi2ValueReference reference, int type);
+int refresh(instance *i, const char *function);
 
 #endif

@@ -1,6 +1,7 @@
 /* Variables, their checks, the start and the step of a stage behind an FMU. */
 #include "slave.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -34,6 +35,8 @@ const struct variable *slave_variable(unsigned reference, int type, char *why)
     }
     return v;
 }
+
+const struct variable *slave_known(unsigned reference) { return &VARIABLES[reference]; }
 
 /* an enumeration's first value is 1, in the kernel 0 */
 static int base(const struct variable *v) { return v->type == ENUMERATION; }
@@ -141,14 +144,15 @@ int slave_check_parameters(const slave *s, char *why)
 
 /* outputs once for each point in time, so that reading them twice changes nothing */
 
-static int find_outputs(slave *s, char *why)
+int slave_outputs(slave *s, char *why)
 {
+    int odd = 0;
     stage_outputs(&s->stage, s->output);
+    for (int i = 0; i < OUT_COUNT; i++) odd |= !(fabs(s->output[i][0]) <= DBL_MAX);
+    if (odd)
+        REFUSE("the state is not finite at t = %.9g s: parameters or inputs leave what the model "
+               "can resolve", s->stage.time);
     s->fresh = 1;
-    for (int i = 0; i < OUT_COUNT; i++)
-        if (!isfinite(s->output[i][0]))
-            REFUSE("the state is not finite at t = %.9g s: parameters or inputs leave what the model "
-                   "can resolve", s->stage.time);
     return 1;
 }
 
@@ -161,7 +165,8 @@ int slave_start(slave *s, char *why)
     s->stage.drive = s->choice[CHOICE_DRIVE];
     stage_begin(&s->stage, s->start, angles, deflection);
     s->limit = stage_step_limit(&s->stage);
-    return find_outputs(s, why);
+    memcpy(s->reached, angles, sizeof s->reached);
+    return slave_outputs(s, why);
 }
 
 /* stepping */
@@ -173,29 +178,41 @@ int slave_check_step(const slave *s, double point, double duration, char *why)
         REFUSE("communicationStepSize: found %g s, expected a finite number above 0", duration);
     if (!isfinite(point) || fabs(point - now) > 1e-9 * scale + 1e-6 * duration)
         REFUSE("currentCommunicationPoint: found %.12g s, expected %.12g s where the last step ended", point, now);
+    if (point + duration > s->stop + 1e-9 * scale + 1e-6 * duration)
+        REFUSE("communicationStepSize: found %g s from %.12g s on, expected an end at stopTime = %.12g s or before",
+               duration, point, s->stop);
     if (duration / s->limit > LONGEST_COUNT || !(point + duration > point))
         REFUSE("communicationStepSize: found %g s, expected one that micro-steps of %g s can resolve",
                duration, s->limit);
     return 1;
 }
 
-/* commanded angles ramp inside the step; a dc machine's rotors start where they point and are free */
-static void apply_inputs(slave *s)
+/* a commanded angle inside the step: it ramps with the rate that was given, or from where the last
+ * step ended to the angle that was set */
+static void apply_angle(slave *s, int i, double duration)
+{
+    const int ramped = s->choice[CHOICE_INTERPOLATION] == RAMPED && !s->has_slope[i];
+    const double rate = s->has_slope[i] ? s->slope[i] : s->input[RATE + i];
+    s->stage.input[i] = ramped ? s->reached[i] : s->input[ANGLE + i];
+    s->stage.input_rate[i] = ramped ? (s->input[ANGLE + i] - s->reached[i]) / duration : rate;
+    s->reached[i] = ramped ? s->input[ANGLE + i] : s->input[ANGLE + i] + rate * duration;
+}
+
+/* a dc machine's rotors start where the angles point and are free */
+static void apply_inputs(slave *s, double duration)
 {
     for (int i = 0; i < 2; i++) {
         s->stage.voltage[i][0] = s->input[VOLTAGE + i];
-        if (s->choice[CHOICE_DRIVE] == DC) continue;
-        s->stage.input[i] = s->input[ANGLE + i];
-        s->stage.input_rate[i] = s->has_slope[i] ? s->slope[i] : s->input[RATE + i];
+        if (s->choice[CHOICE_DRIVE] == STEPPER) apply_angle(s, i, duration);
     }
     s->stage.input_time = s->stage.time;
 }
 
-static void move_inputs(slave *s, double duration)
+static void move_inputs(slave *s)
 {
     for (int i = 0; i < 2; i++) {
         s->slope_is_new[i] = 0;
-        if (s->choice[CHOICE_DRIVE] == STEPPER) s->input[ANGLE + i] += s->stage.input_rate[i] * duration;
+        if (s->choice[CHOICE_DRIVE] == STEPPER) s->input[ANGLE + i] = s->reached[i];
     }
 }
 
@@ -203,8 +220,8 @@ static void move_inputs(slave *s, double duration)
 int slave_step(slave *s, double point, double duration, char *why)
 {
     s->stage.time = point;
-    apply_inputs(s);
+    apply_inputs(s, duration);
     stage_advance(&s->stage, duration, s->limit);
-    move_inputs(s, duration);
-    return find_outputs(s, why);
+    move_inputs(s);
+    return slave_outputs(s, why);
 }

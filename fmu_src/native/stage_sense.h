@@ -103,6 +103,7 @@ const lane *stage_output(const stage *s, int which)
 void stage_outputs(stage *s, lane *out)
 {
     stage_report(s);
-    for (int i = 0; i < OUT_COUNT; i++)
-        memcpy(out[i], *stage_output(s, i), sizeof(lane));
+    for (int i = 0; i < OUT_TENSION; i += 2) /* outputs stand in pairs */
+        memcpy(out[i], *stage_output(s, i), 2 * sizeof(lane));
+    memcpy(out[OUT_TENSION], s->tension, sizeof s->tension);
 }

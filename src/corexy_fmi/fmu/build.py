@@ -16,6 +16,7 @@ from corexy_fmi.fmu.library import C_FILES, fmu_library, library_guid, source_te
 from corexy_fmi.fmu.machine_text import machine_text
 from corexy_fmi.fmu.platforms import platform_binaries
 from corexy_fmi.fmu.python_slave import python_files
+from corexy_fmi.fmu.reference import reference_files
 from corexy_fmi.fmu.variables import Variable, interface_guid, machine_table
 from corexy_fmi.kernel.compiler import native_sources
 from corexy_fmi.kernel.layout import Layout, bundled_layout, make_layout
@@ -68,9 +69,24 @@ def fmu_content(
     content = _common(table, machine, layout) | {"modelDescription.xml": description}
     if flavour is NATIVE:
         binaries = platform_binaries(layout) if all_platforms else _binaries(layout, flavour)
-        return content | binaries | _sources(layout)
-    library = fmu_library(layout).read_bytes()
-    return content | python_files(description, library, library_guid(layout), content)
+        more = binaries | _sources(layout)
+    else:
+        library = fmu_library(layout).read_bytes()
+        more = python_files(description, library, library_guid(layout), content)
+    return content | more | _reference(table, machine, layout, flavour)
+
+
+def _reference(
+    table: Sequence[Variable], machine: Machine, layout: Layout, flavour: Flavour
+) -> dict[str, bytes]:
+    """Input and results that a native FMU of the machine gives on this host, to the same bits."""
+    guid = library_guid(layout)
+    native = {
+        "modelDescription.xml": model_description(table, NATIVE, guid, machine.name),
+        "resources/machine.txt": machine_text(table, machine, guid),
+        **_binaries(layout, NATIVE),
+    }
+    return reference_files(machine, native, flavour.identifier)
 
 
 def _common(table: Sequence[Variable], machine: Machine, layout: Layout) -> dict[str, bytes]:

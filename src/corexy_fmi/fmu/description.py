@@ -32,6 +32,7 @@ class Flavour:
     name: str
     identifier: str
     capabilities: dict[str, bool]
+    output_derivatives: int = 0  # highest order
 
 
 NATIVE = Flavour(
@@ -45,13 +46,19 @@ NATIVE = Flavour(
         "canNotUseMemoryManagementFunctions": True,
         "canGetAndSetFMUstate": True,
         "canSerializeFMUstate": True,
-        "providesDirectionalDerivative": False,
+        "providesDirectionalDerivative": True,
     },
+    output_derivatives=1,
 )
 PYTHON = Flavour(
     "python",
     "CoreXYPython",
-    NATIVE.capabilities | {"needsExecutionTool": True, "canInterpolateInputs": False},
+    NATIVE.capabilities
+    | {
+        "needsExecutionTool": True,
+        "canInterpolateInputs": False,
+        "providesDirectionalDerivative": False,
+    },
 )
 FLAVOURS = {flavour.name: flavour for flavour in (NATIVE, PYTHON)}
 
@@ -103,7 +110,9 @@ def _head(flavour: Flavour, guid: str, machine: str) -> dict[str, str]:
 
 def _co_simulation(root: Element, flavour: Flavour, sources: Sequence[str]) -> None:
     flags = {name: str(value).lower() for name, value in flavour.capabilities.items()}
-    node = SubElement(root, "CoSimulation", {"modelIdentifier": flavour.identifier} | flags)
+    order = {"maxOutputDerivativeOrder": str(flavour.output_derivatives)}
+    identifier = {"modelIdentifier": flavour.identifier}
+    node = SubElement(root, "CoSimulation", identifier | flags | order)
     if sources:
         files = SubElement(node, "SourceFiles")
         for name in sources:

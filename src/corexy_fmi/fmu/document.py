@@ -46,8 +46,9 @@ INPUT_TEXT = """\
 <p>A commanded angle moves inside a communication step: give its rate with
 <code>fmi2SetRealInputDerivatives</code> (order 1), or as the input <code>phi1_rate,
 phi2_rate</code> where the master knows no input derivatives. An angle that is only set stands
-still during the step and jumps at its end. Voltages are held. A corner of the path that is no
-communication point is cut by the straight line between the two points around it: put a
+still during the step and jumps at its end, or, where <code>inputInterpolation</code> is
+<b>ramp</b>, goes there from where the last step ended. Voltages are held. A corner of the path that
+is no communication point is cut by the straight line between the two points around it: put a
 communication point at each corner.</p>"""
 FREE_FORM_TEXT = """\
 <p><code>effects.free_form.LOCATION</code>: a force [N] on x or y, or a torque [N m] on a free

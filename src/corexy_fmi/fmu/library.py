@@ -6,7 +6,9 @@ import hashlib
 import platform
 import tempfile
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
+from types import MappingProxyType
 
 from corexy_fmi.fmu.c_table import variables_header
 from corexy_fmi.fmu.variables import interface_guid, variable_table
@@ -28,9 +30,11 @@ C_FILES = (
     "fmi2.c",
     "fmi2_instance.c",
     "fmi2_values.c",
+    "fmi2_derivatives.c",
     "fmi2_state.c",
     "machine_file.c",
     "slave.c",
+    "slave_derivatives.c",
     "stage.c",
 )
 HEADERS = ("fmi2_instance.h", "machine_file.h", "slave.h", *STAGE_HEADERS)
@@ -42,8 +46,9 @@ def library_guid(layout: Layout) -> str:
     return interface_guid(variable_table(layout), IDENTIFIER)
 
 
-def source_texts(layout: Layout) -> dict[str, str]:
-    """All sources of the library by file name, generated headers included."""
+@lru_cache(maxsize=8)
+def source_texts(layout: Layout) -> Mapping[str, str]:
+    """All sources of the library by file name, generated headers included; once for a layout."""
     native = native_sources()
     paths = [native / name for name in (*C_FILES, *HEADERS)]
     paths += [native / "fmi2" / name for name in STANDARD]
@@ -53,7 +58,7 @@ def source_texts(layout: Layout) -> dict[str, str]:
     texts["fmi2_variables.h"] = variables_header(
         variable_table(layout), layout, library_guid(layout)
     )
-    return dict(sorted(texts.items()))
+    return MappingProxyType(dict(sorted(texts.items())))
 
 
 def _fingerprint(texts: Mapping[str, str]) -> str:

@@ -6,7 +6,6 @@ import ctypes
 import os
 import shutil
 import tempfile
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -25,6 +24,7 @@ from fmpy.fmi2 import (
 )
 
 from corexy_fmi.errors import InputError
+from corexy_fmi.fmu.archive import extract_archive
 
 Doubles = ctypes.Array[ctypes.c_double]
 
@@ -33,14 +33,11 @@ Doubles = ctypes.Array[ctypes.c_double]
 def unpacked(fmu: Path) -> Iterator[Path]:
     """The FMU unpacked into a folder that is gone afterwards.
 
-    Raises InputError where the file is no FMU.
+    Raises InputError where the file is no FMU, or a hostile one.
     """
     folder = tempfile.mkdtemp(prefix="corexy-fmu-")
     try:
-        try:
-            fmpy.extract(str(fmu), folder)
-        except (OSError, zipfile.BadZipFile) as error:
-            raise InputError(f"{fmu}: cannot be unpacked: {error}, expected an FMU") from error
+        extract_archive(fmu, Path(folder))
         yield Path(folder)
     finally:
         shutil.rmtree(folder, ignore_errors=True)

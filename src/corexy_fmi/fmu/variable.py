@@ -17,6 +17,10 @@ ENUMERATIONS = {
         "kinematic": "eq. (1): no mass, no friction, no belt",
         "condensed": "as reduced, idlers shared out by their static weights; stepper only",
     },
+    "InputInterpolation": {
+        "hold": "stands still during a step and jumps where it is set again",
+        "ramp": "goes from where the last step ended to the angle that is set, until the step ends",
+    },
     "FreeFormArgument": {name: f"over {name}" for name in FREE_FORM_ARGUMENTS},
 }
 
@@ -97,8 +101,15 @@ def output_variables() -> Iterator[Variable]:
 
 
 def choice_variables() -> Iterator[Variable]:
-    """Drive and fidelity, which count from 1."""
-    told = (("drive", "what turns the motors"), ("fidelity", "how much of the stage is modelled"))
+    """Drive, fidelity and input interpolation, which count from 1."""
+    told = (
+        ("drive", "what turns the motors"),
+        ("fidelity", "how much of the stage is modelled"),
+        (
+            "inputInterpolation",
+            "phi1, phi2 in a step without input derivatives; ramp: rates not read",
+        ),
+    )
     for place, (name, meaning) in enumerate(told):
-        kind = name.capitalize()
+        kind = name[0].upper() + name[1:]
         yield Variable(name, meaning, "choice", place, kind, None, 1, 1, len(ENUMERATIONS[kind]))

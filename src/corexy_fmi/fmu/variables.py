@@ -42,6 +42,7 @@ __all__ = [
     "variable_table",
 ]
 LARGEST_KNOT, LARGEST_VALUE = 1e9, 1e6
+HOLD = 0  # inputInterpolation
 
 
 def variable_table(layout: Layout) -> tuple[Variable, ...]:
@@ -52,12 +53,12 @@ def variable_table(layout: Layout) -> tuple[Variable, ...]:
         table += _effect(instance)
     for i, location in enumerate(FREE_FORM_LOCATIONS):
         table += _free_form(location, layout.free_form + i * FREE_FORM_SIZE)
-    return _with_start(table, neutral_vector(layout).tolist(), (0, 0))
+    return _with_start(table, neutral_vector(layout).tolist(), (0, 0, HOLD))
 
 
 def machine_table(machine: Machine, layout: Layout) -> tuple[Variable, ...]:
     """The table with the start values of a machine."""
-    choices = DRIVES.index(machine.drive), FIDELITIES.index(machine.fidelity)
+    choices = DRIVES.index(machine.drive), FIDELITIES.index(machine.fidelity), HOLD
     vector = machine_vector(machine, layout).tolist()
     return _with_start(variable_table(layout), vector, choices)
 
@@ -70,9 +71,9 @@ def interface_guid(table: Sequence[Variable], model_identifier: str) -> str:
 
 
 def _with_start(
-    table: Sequence[Variable], vector: Sequence[float], choices: tuple[int, int]
+    table: Sequence[Variable], vector: Sequence[float], choices: tuple[int, int, int]
 ) -> tuple[Variable, ...]:
-    """Start values from the kernel's vector; drive and fidelity count from 0."""
+    """Start values from the kernel's vector; choices count from 0."""
 
     def start(variable: Variable) -> float | None:
         if variable.role == "choice":
