@@ -30,9 +30,9 @@ corexy rectangle --width 0.06 --height 0.04 --speed 0.02 --microsteps 16 --out r
 `corexy pulses` takes G-code (G0 to G4, G20, G21, G90 to G92, arcs by I and J), or a CSV of phi1,
 phi2 or of x, y. A pulse comes when the ideal angle passes the middle between two microsteps, at
 that time exactly; in the recording it is two rows 10 ns apart, which kernel, FMU and any other
-reader of recordings take as they are. The staircase stays within half a microstep of the ideal angle and
-loses none. Motor torques in the row behind a pulse are those of a jump in 10 ns: read them
-elsewhere. A program's moves have constant speed, or with `--accel` go from rest to rest each.
+reader of recordings take as they are. The staircase stays within half a microstep of the ideal
+angle and loses none. Motor torques in the row behind a pulse are those of a jump in 10 ns: read
+them elsewhere. A program's moves have constant speed, or with `--accel` go from rest to rest each.
 
 {labels}
 
