@@ -40,7 +40,7 @@ INLINE double slide(double v, double c, const rounding *r)
     return v - copysign(smaller(slow, fast), v);
 }
 /* the same of set-valued friction */
-INLINE double stop(double v, double c) { return v - copysign(smaller(fabs(v), c), v); }
+INLINE double stop(double v, double c) { return v - larger(-c, smaller(v, c)); }
 
 /* the kick of coordinate i with the constants of set_kick; ``smooth`` is s->smooth, known to the
  * compiler, so that set-valued friction costs nothing of the other */
