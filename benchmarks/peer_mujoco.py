@@ -65,6 +65,7 @@ def mujoco_run(case: Case, setting: Setting) -> Callable[[], Array]:
     import mujoco
     from mujoco import rollout
 
+    mujoco.set_mju_user_warning(lambda message: None)  # else a file beside the process
     model = mujoco.MjModel.from_xml_string(model_text(case, setting))
     data, count, rows = mujoco.MjData(model), setting.count, len(case.travel) - 1
     data.qpos[:] = case.start()
