@@ -34,14 +34,14 @@ from benchmarks.peer_mujoco import Setting, mujoco_run
 from benchmarks.peer_scheme import loops_run, numba_run, numpy_run
 from benchmarks.peers_page import ALLOWED, PAGE, draw, page, selected
 from benchmarks.smooth_stage import SmoothStage
-from benchmarks.speed import TOLERANCES, WIDTHS, processor
+from benchmarks.speed import processor
 from corexy_fmi.kernel.call import LANES
 
 MACHINES = ("yin2018", "gt2_printer")
 NEEDED = {"mujoco": "MuJoCo", "casadi": "CasADi", "numba": "numba"}
 COUNTS = (1, 2, 4, 5, 10, 20, 50, 100)  # micro-steps in a row, ours
 CVODES = tuple((width, rtol) for width in (3e-6, 1e-6) for rtol in (1e-3, 1e-4, 1e-6))
-RADAU = ((3e-6, 1e-3), (3e-6, 1e-4), (1e-6, 1e-4))  # width [m/s], rtol
+SMOOTH = ((3e-6, 1e-3), (3e-6, 1e-4), (1e-6, 1e-4), (3e-7, 1e-5))  # width [m/s], rtol
 MUJOCO_COUNTS = (2, 4, 5, 10, 20, 50)
 SETS, TIMES, CORES = 1000, 4, 2  # of the batch; batches a process does in one go; processes
 MOST, BUDGET, LONG = (
@@ -100,11 +100,10 @@ def _mujoco(case: Case, short: bool) -> Iterator[Peer]:
 
 
 def _scipy(case: Case, short: bool) -> Iterator[Peer]:
-    both = [(width, rtol) for width in WIDTHS for rtol in TOLERANCES]
-    kinds = (("LSODA", False, both), ("LSODA", True, both), ("Radau", True, RADAU))
+    kinds = (("LSODA", False, SMOOTH), ("LSODA", True, SMOOTH), ("Radau", True, SMOOTH[::2]))
     for method, jacobian, settings in kinds:
         name = f"SciPy {method}{', Jacobian given' if jacobian else ''}"
-        for width, rtol in [(WIDTHS[1], TOLERANCES[1])] if short else settings:
+        for width, rtol in SMOOTH[2:3] if short else settings:
             make = partial(_smooth_run, case, method, jacobian, width, rtol)
             yield Peer(name, f"tanh(v / {1e6 * width:g} um/s), rtol {rtol:g}", make)
 
