@@ -24,7 +24,7 @@ from corexy_fmi.effects import catalogue, load_file
 from corexy_fmi.effects.api import Law
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel import compiler
-from corexy_fmi.kernel.call import Excitation, run_lanes, step_limit
+from corexy_fmi.kernel.call import OUTPUTS, Excitation, run_lanes, step_limit
 from corexy_fmi.kernel.generate import generated_header
 from corexy_fmi.kernel.layout import (
     FREE_FORM_ARGUMENTS,
@@ -171,6 +171,21 @@ def test_lanes_equal_single_runs_bit_for_bit():
     for values, lane in zip(sets, together, strict=True):
         alone = run_lanes(bundled_layout(), excitation(), values[None], **options)[0]
         assert np.array_equal(alone, lane)
+
+
+@pytest.mark.parametrize("fidelity", ["full", "reduced", "condensed"])
+@pytest.mark.parametrize("limit", [2e-3, 2.5e-4, 7e-5])
+def test_steps_in_registers_equal_steps_one_by_one(fidelity, limit):
+    """Eight lanes without effects keep their state in registers between rows, one lane does not."""
+    vector = neutral_vector(bundled_layout())[None]
+    alone, lanes = (
+        run_lanes(
+            bundled_layout(), excitation(), np.repeat(vector, n, axis=0),
+            fidelity=fidelity, limit=limit, channels=OUTPUTS,
+        )
+        for n in (1, 8)
+    )  # fmt: skip
+    assert np.array_equal(alone[0], lanes[7])
 
 
 def test_lanes_take_their_own_deflection():

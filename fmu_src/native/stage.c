@@ -15,6 +15,7 @@
 #define INLINE static inline __attribute__((always_inline))
 
 #include "stage_math.h"
+#include "stage_wide.h"
 
 /* Coulomb friction F(v) = f min(x, a1 + b1 x, a2 + b2 x, 1), x = |v| / v_s: tanh within 2 %.  Being
  * concave, its implicit kick is in closed form: each line alone takes away gain |v| + lift, and the
@@ -40,7 +41,7 @@ INLINE double slide(double v, double c, const rounding *r)
     return v - copysign(smaller(slow, fast), v);
 }
 /* the same of set-valued friction */
-INLINE double stop(double v, double c) { return v - copysign(smaller(fabs(v), c), v); }
+INLINE double stop(double v, double c) { return v - larger(-c, smaller(v, c)); }
 
 /* the kick of coordinate i with the constants of set_kick; ``smooth`` is s->smooth, known to the
  * compiler, so that set-valued friction costs nothing of the other */
@@ -326,7 +327,8 @@ void stage_advance(stage *s, double duration, double limit)
     const int64_t count = (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
     s->step = duration / (double)count;
     set_kick(s, s->step);
-    for (int64_t n = 1; n <= count; n++)
+    if (s->plain) TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, start, count);
+    for (int64_t n = s->plain ? count : 1; n <= count; n++)
         micro_step(s, n == count ? start + duration : start + (double)n * s->step);
 }
 

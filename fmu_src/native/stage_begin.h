@@ -37,6 +37,18 @@ static void list_active(stage *s)
     }
 }
 
+/* what is read off at a row alone runs in no micro-step */
+static int no_hook(const stage *s)
+{
+    for (int port = 0; port < PORT_COUNT; port++)
+        switch (port) {
+        case PORT_START: case PORT_START_AXIS: case PORT_START_SECTION: case PORT_START_SENSOR:
+        case PORT_OUTPUT: case PORT_SENSOR: break;
+        default: if (hooked(s, port)) return 0;
+        }
+    return !s->has_history && !s->has_free_form && !s->has_belt_damping;
+}
+
 static void derive_constants(stage *s, table *t)
 {
     t->derive(s);
@@ -75,6 +87,7 @@ void stage_derive(stage *s)
     list_active(s);
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK);
+    s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && !s->smooth && s->topology != KINEMATIC;
     s->belt_hooks = s->has_belt_damping;
     for (int port = PORT_TRANSMISSION; port <= PORT_TENSION; port++) s->belt_hooks |= hooked(s, port);
 }

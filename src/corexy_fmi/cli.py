@@ -16,6 +16,7 @@ from corexy_fmi.commands import (
     hil,
     import_,
     plan,
+    pulses,
     rectangle,
     reproduce,
     simulate,
@@ -37,6 +38,7 @@ app = typer.Typer(
 app.command("demo")(demo.demo)
 app.command("rectangle")(rectangle.rectangle)
 app.command("simulate")(simulate.simulate)
+app.command("pulses")(pulses.pulses)
 app.command("diagnose", cls=diagnose.ManyHoldouts)(diagnose.diagnose)
 app.command("plan")(plan.plan)
 app.command("sweep")(sweep.sweep)

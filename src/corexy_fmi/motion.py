@@ -137,6 +137,15 @@ def command(
     return Recording(name, time, {"phi1": (x + y) / pulley_radius, "phi2": (x - y) / pulley_radius})
 
 
+def follow(
+    path: Recording, pulley_radius: float, centre: Sequence[float] = (0.0, 0.0)
+) -> Recording:
+    """The phi1, phi2 [rad] that lead along x, y [m] of a recording; ``centre`` is the stage's."""
+    x, y = path["x"] - centre[0], path["y"] - centre[1]
+    channels = {"phi1": (x + y) / pulley_radius, "phi2": (x - y) / pulley_radius}
+    return Recording(path.name, path.time, channels, path.metadata)
+
+
 def row_times(motion: Motion, rate: float) -> Array:
     """The grid of ``rate`` [Hz] with the motion's instants and its end, (n,) in s."""
     grid = np.arange(int(np.floor(motion.duration * rate + SAME_INSTANT)) + 1) / rate

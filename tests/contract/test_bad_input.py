@@ -52,6 +52,11 @@ BAD = {
         ("diagnose", "volts.csv", "--machine", "gt2_printer", "--out", "o"),
         "no columns phi1, phi2",
     ),
+    "pulses of nothing": (("pulses", "none.gcode", "--out", "o.csv"), "none.gcode: No such file"),
+    "pulses for dc": (
+        (*RECTANGLE, "--microsteps", "2", "--machine", "yin2018_dc"),
+        "drive 'dc' takes no pulses, expected a stepper",
+    ),
     "unknown machine": ((*RECTANGLE, "--machine", "yin2817"), "nearest known: yin2018"),
     "machine's key": (
         (*RECTANGLE, "--machine", "typo.toml"),

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
+from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import check_stage
@@ -60,7 +59,7 @@ def klipper(
     --accel 6 --start-offset -0.0008 --axes=-z,+y --machine gt2_printer --out x_recording.csv
     """
     chosen = load_machine(machine)
-    origin, start, end = _point(centre, "centre"), *_ends(move)
+    origin, start, end = point(centre, "centre"), *_ends(move)
     described = Move(_from(start, origin), _from(end, origin), speed, accel, start_offset)
     recording = import_klipper(file, described, axes, chosen.parameters["pulley_radius"])
     check_stage(recording, chosen)
@@ -74,21 +73,10 @@ def _ends(text: str) -> tuple[tuple[float, float], tuple[float, float]]:
     start, colon, end = text.partition(":")
     if not colon:
         raise InputError(f"move: found {text!r}, expected X0,Y0:X1,Y1 in m")
-    ends = _point(start, "move"), _point(end, "move")
+    ends = point(start, "move"), point(end, "move")
     if ends[0] == ends[1]:
         raise InputError(f"move: found {text!r}, expected two different ends")
     return ends
-
-
-def _point(text: str, what: str) -> tuple[float, float]:
-    """Two finite numbers."""
-    try:
-        x, y = (float(part) for part in text.split(","))
-    except ValueError:
-        x = y = math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise InputError(f"{what}: found {text!r}, expected two numbers in m such as 0.1,0.125")
-    return x, y
 
 
 def _from(point: tuple[float, float], origin: tuple[float, float]) -> tuple[float, float]:

@@ -12,6 +12,7 @@ import typer
 from rich.table import Table
 
 from corexy_fmi.commands.plants import Plant, run
+from corexy_fmi.commands.pulses import pulsed
 from corexy_fmi.commands.screen import (
     ASSUMED,
     JsonOption,
@@ -27,6 +28,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.figure import check_format, draw_rectangle
 from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.motion import check_stage, command
+from corexy_fmi.pulses import Driver
 from corexy_fmi.recording import Recording, write_recording
 from corexy_fmi.rectangle import Rectangle
 
@@ -39,6 +41,9 @@ def rectangle(
     loops: Annotated[int, typer.Option(help="How often around.")] = 1,
     accel: Annotated[
         float | None, typer.Option(help="Trapezoid on every side [m/s^2]; without: constant speed.")
+    ] = None,
+    microsteps: Annotated[
+        int | None, typer.Option(help="Step pulses, so many in a full step; without: smooth.")
     ] = None,
     machine: MachineOption = ASSUMED,
     plant: Annotated[Plant, typer.Option(help="The FMU through fmpy, or the model.")] = Plant.fmu,
@@ -53,7 +58,8 @@ def rectangle(
     """Drive one rectangle and print the contour error, eq. (17), and overshoot at every corner.
 
     Centred on the origin, from bottom left, counter-clockwise, 0.5 s of rest at the end; rows at
-    1 kHz and at every corner. A dc machine is driven by the loop of its [controller].
+    1 kHz and at every corner. With --microsteps the motors get step pulses, two rows each. A dc
+    machine is driven by the loop of its [controller].
 
     Examples:
 
@@ -65,6 +71,8 @@ def rectangle(
     chosen = load_machine(machine)
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
+    if microsteps is not None:
+        order = pulsed(order, chosen, Driver(microsteps))
     if plot is not None:
         check_format(plot)
     response = run(plant, chosen, order)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
+from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording, is_dc
 
@@ -84,3 +86,14 @@ def existing_folder_or_none(path: Path) -> Path:
     if path.exists() and not path.is_dir():
         raise typer.BadParameter(f"{path} is a file, expected a folder")
     return path
+
+
+def point(text: str, what: str) -> tuple[float, float]:
+    """A place [m] out of an option's text; raises InputError for what is not two finite numbers."""
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"{what}: found {text!r}, expected two numbers in m such as 0.1,0.125")
+    return x, y

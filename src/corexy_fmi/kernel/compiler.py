@@ -32,7 +32,7 @@ FLAGS = (
     "-fPIC",
     "-fvisibility=hidden",
 )
-PARTS = ("begin", "belt", "free_form", "math", "sense")
+PARTS = ("begin", "belt", "free_form", "math", "sense", "wide")
 STAGE_HEADERS = ("stage.h", *(f"stage_{part}.h" for part in PARTS))
 KERNEL_SOURCES = (*STAGE_HEADERS, "stage.c", "batch.c")
 SUFFIX = {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")

@@ -16,6 +16,7 @@ struct topology {
     void (*elongate)(const lane *restrict, const lane *restrict, lane *restrict);
     void (*collect)(stage *), (*measure)(stage *);
     void (*add_runout)(stage *), (*collect_runout)(stage *), (*find_forces)(stage *);
+    void (*advance)(stage *, double, int64_t);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
 };
@@ -203,7 +204,46 @@ def _table(stage: Stage) -> str:
     return "    {" + ",\n     ".join(body) + "},\n"
 
 
-FUNCTIONS = (_derive, _elongate, _collect, _measure, _add_runout, _collect_runout, _find_forces)
+def _advance(stage: Stage) -> str:
+    """All micro-steps of a communication step but the last, in registers, where no hook runs.
+
+    The same operations in the same order as `micro_step` of stage.c, which makes the last one.
+    Constants are read in every step: kept in registers they would push the state out of them.
+    """
+    head = f"static void {stage.name}_advance(stage *s, double start, int64_t count)"
+    if not stage.sections:
+        return f"{head}\n{{\n    (void)s; (void)start; (void)count;\n}}\n"
+    free = [i for i in range(len(stage.coordinates)) if i not in (2, 3)]
+    load = [f"wide q{i} = WIDE(s->q[{i}]), v{i} = WIDE(s->v[{i}]);" for i in free]
+    store = [f"WIDE(s->q[{i}]) = q{i}, WIDE(s->v[{i}]) = v{i};" for i in free]
+    before = ["const double h = s->step, half = 0.5 * s->step;", "double time = start;", *load]
+    lines = ["{", *before, "for (int64_t n = 1; n < count; n++) {", "FENCE;"]
+    lines += [*_advance_step(stage, free), "}", *store, "s->time = time;", "}"]
+    return "\n".join([head, *lines, ""])
+
+
+def _advance_step(stage: Stage, free: Sequence[int]) -> list[str]:
+    """One micro-step on local variables."""
+    lines = ["const double end = start + (double)n * h, now = 0.5 * (time + end);"]
+    lines += ["const wide r = WIDE(s->radius[0]);", "(void)r;"]
+    for m, i in ((0, 2), (1, 3)):
+        angle = f"s->input[{m}] + s->input_rate[{m}] * (now - s->input_time)"
+        lines += [f"const wide q{i} = spread({angle});"]
+    lines += [f"q{i} = q{i} + half * v{i};" for i in free]
+    lines += [f"const wide u{i} = r * q{i};" for i in range(2, len(stage.coordinates))]
+    for n, section in enumerate(stage.sections):
+        elongation = _section_sum(stage, section)
+        lines += [f"const wide tension{n} = WIDE(s->stiffness[{n}]) * ({elongation});"]
+    for i, force in enumerate(_forces(stage, "tension{}", ("r", "r"))):
+        if i in free:
+            kept = f"WIDE(s->keep[{i}]) * v{i} + WIDE(s->push[{i}]) * ({force})"
+            lines += [f"v{i} = halt({kept}, WIDE(s->slip[{i}]));", f"q{i} = q{i} + half * v{i};"]
+    return [*lines, "time = end;"]
+
+
+FUNCTIONS = (
+    _derive, _elongate, _collect, _measure, _add_runout, _collect_runout, _find_forces, _advance,
+)  # fmt: skip
 
 
 def topology_code() -> str:
