@@ -50,6 +50,7 @@ def test_the_description_holds_what_an_importer_looks_for() -> None:
         "reduced",
         "kinematic",
         "condensed",
+        "single_axis",
     ]
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", description.generationDateAndTime)
     simulation = description.coSimulation

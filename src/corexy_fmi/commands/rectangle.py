@@ -95,8 +95,7 @@ def rectangle_command(shape: Rectangle, machine: Machine, name: str) -> Recordin
         return order
     if machine.controller is None:
         raise InputError(f"machine {machine.name!r}: no [controller], expected its kp and kd")
-    loop = f"pd kp={machine.controller.kp!r} kd={machine.controller.kd!r}"
-    return replace(order, metadata={"controller": loop})
+    return replace(order, metadata={"controller": machine.controller.line})
 
 
 def show_corners(corners: Sequence[Corner]) -> None:

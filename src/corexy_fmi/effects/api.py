@@ -51,6 +51,7 @@ class Parameter:
     local: bool = False  # belongs to one recording: each has its own value
     drives: tuple[str, ...] = (STEPPER, DC)
     units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ
+    shape: bool = False  # stays at its default unless a hypothesis says that it is fitted too
 
     def unit_at(self, location: str) -> str:
         """The unit at a location."""

@@ -16,6 +16,7 @@ ENUMERATIONS = {
         "reduced": "4 degrees of freedom: carriage, bridge and both motors",
         "kinematic": "eq. (1): no mass, no friction, no belt",
         "condensed": "as reduced, idlers shared out by their static weights; stepper only",
+        "single_axis": "no Core-XY: one axis that motor 1 drives directly; dc only",
     },
     "FreeFormArgument": {name: f"over {name}" for name in FREE_FORM_ARGUMENTS},
 }

@@ -12,6 +12,7 @@ from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.kernel.ports import COMMON, PORTS
 from corexy_fmi.kernel.trace import argument_names
 from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.topologies import knows
 from corexy_fmi.topology import STAGES, Stage
 
 Array = NDArray[np.float64]
@@ -70,6 +71,8 @@ class ReferenceState:
         """``vector`` holds layout.parameters values."""
         self.layout, self.stage, self.dc, self.vector = layout, STAGES[fidelity], dc, vector
         self.nominal = {p.name: float(vector[i]) for i, p in enumerate(NOMINAL)}
+        self.nominal |= {n: float(vector[i]) for i, n in enumerate(self.stage.names()) if n}
+        self.direct = [i for i in (0, 1) if self.stage.direct[i]]
         self.radius = self.nominal["pulley_radius"]
         self.a = _arrays(self.stage, self.nominal, dc)
         self.row = self.stage.rows(1.0)
@@ -94,7 +97,8 @@ class ReferenceState:
         effect, drive = instance.effect, "dc" if self.dc else "stepper"
         values = self._values(instance)
         on = any(values[p.name] != p.neutral for p in effect.sizes)
-        return on and drive in effect.drives and self.stage.name in effect.fidelities
+        known = knows(self.stage.name, effect, instance.location)
+        return on and drive in effect.drives and known
 
     def run_port(self, port: str) -> None:
         """Every active law of a port, at its places."""
