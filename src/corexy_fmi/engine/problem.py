@@ -35,6 +35,7 @@ from corexy_fmi.topology import STAGES
 STEP = 1e-3  # finite difference on the internal scale
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
+SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
@@ -251,7 +252,7 @@ class Problem:
             elif unknown.key == SMOOTHING:
                 steps[k] = 0.2  # where sgn begins to be rounded there is no derivative
             elif "." in unknown.key and not unknown.log:
-                steps[k] = 0.01
+                steps[k] = SHARP_STEP if self.hypothesis.shaped else 0.01
             if u[k] + steps[k] > unknown.limits()[1]:
                 steps[k] = -steps[k]
         return steps

@@ -14,7 +14,7 @@ import numpy as np
 
 from corexy_fmi.effects.api import TWO_PI
 from corexy_fmi.engine.edges import Edge, edges
-from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
@@ -84,7 +84,11 @@ def _trains(base: Fit, axis: str) -> list[Train | None]:
 
 
 def _fit(base: Fit, instance: Instance, trains: Sequence[Train | None]) -> Fit:
-    """The base refitted with pulses, from those that were seen."""
+    """The base refitted with pulses, from those that were seen.
+
+    It begins at the retuned machine and at the machine as given, whose friction no pulses bent, and
+    under white noise: the base's noise is coloured by the pulses, and would hide what is slow.
+    """
     first = next(t for t in trains if t is not None)
     problem = replace(base.problem, hypothesis=Hypothesis((instance,), shaped=True))
     old = {x.key: base.u[k] for k, x in enumerate(base.problem.unknowns)}
@@ -93,9 +97,14 @@ def _fit(base: Fit, instance: Instance, trains: Sequence[Train | None]) -> Fit:
         f"phase@{run.name}": (t or first).phase for run, t in zip(problem.runs, trains, strict=True)
     }
     prefix = f"{instance.effect.name}.{instance.location}."
-    start = [
-        old[x.key] if x.key in old else x.internal(seen[x.key.removeprefix(prefix)])
-        for x in problem.unknowns
+    starts = [
+        [
+            known.get(x.key, 0.0) if x.key in old else x.internal(seen[x.key.removeprefix(prefix)])
+            for x in problem.unknowns
+        ]
+        for known in (old, {})
     ]
-    u = np.concatenate([start, base.u[len(base.problem.unknowns) :]])
-    return settle(minimise(problem, u))
+    own = base.u[len(base.problem.unknowns) :]
+    rough = [minimise(problem, np.concatenate([start, own]), 2) for start in starts]
+    fits = [minimise(white_noise(fit), fit.u) for fit in rough]
+    return settle(min(fits, key=lambda fit: fit.cost))
