@@ -1,11 +1,12 @@
 """A force that others hid in a real machine: EMPS with its pulses, and its friction.
 
-    python -m benchmarks.emps [FOLDER]
+    python -m benchmarks.emps [FOLDER | --render]
 
 imports both recordings, diagnoses the untouched one in closed loop, then, with the machine fitted
 to it, the one with pulses; compares with the pulses that were logged and kept from the program, and
 writes benchmarks/results/emps.json, docs/cases/emps.md and its figures.  FOLDER holds DATA_EMPS.mat
 and DATA_EMPS_PULSES.mat (default: ../shared/data/emps beside the checkout); they stay there.
+--render writes the page anew from the stored numbers.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 from scipy.io import loadmat
 
 from benchmarks.emps_page import draw, rendered
-from benchmarks.outcome import write_outcome
+from benchmarks.outcome import RESULTS, write_outcome
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import EffectUse, Machine, load_machine, save_machine
 from corexy_fmi.recording import Recording, read_recording
@@ -201,10 +202,11 @@ def measure(data: Path) -> dict[str, Any]:
 
 def main() -> None:
     """Measure, write and render."""
-    data = Path(sys.argv[1]) if len(sys.argv) > 1 else DATA
-    if not data.is_dir():
-        sys.exit(f"{data}: no such folder, expected the recordings of EMPS")
-    path = write_outcome("emps", "python -m benchmarks.emps", measure(data))
+    path, data = RESULTS / "emps.json", Path(sys.argv[1]) if len(sys.argv) > 1 else DATA
+    if str(data) != "--render":
+        if not data.is_dir():
+            sys.exit(f"{data}: no such folder, expected the recordings of EMPS")
+        path = write_outcome("emps", "python -m benchmarks.emps", measure(data))
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(rendered(json.loads(path.read_text(encoding="utf-8"))), encoding="utf-8")
     print(path.relative_to(ROOT))

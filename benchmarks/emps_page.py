@@ -31,6 +31,8 @@ LIMITS = """\
   the same force. The recorded voltage would tell; it was not shown.
 - Which friction is left out beside the constant force: a free-form law of the speed explains more
   than any named set, and no catalogued effect has its shape (an asymmetry that grows with speed).
+- The sets that it tells as nearest hold a weak sine at about a third of a hertz (below 2 N, a
+  hundredth of the pulses). It is not named: it explains less than the law, and may be the motion's.
 - The moving mass comes out below the published one, whose authors identify it from force and
   acceleration; delays inside the real loop are not modelled here.
 - Both recordings follow one reference: the gain on the second is repeatability, not a new path.
@@ -45,7 +47,7 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 def _estimate(entry: Mapping[str, Any]) -> str:
     low, high = entry["ci95"]
-    return f"{entry['value']:.5g} {entry['unit']} ({low:.5g} .. {high:.5g})"
+    return f"{entry['value']:.7g} {entry['unit']} ({low:.7g} .. {high:.7g})"
 
 
 def _named(run: Mapping[str, Any]) -> str:
