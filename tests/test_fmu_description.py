@@ -51,6 +51,9 @@ def test_the_description_holds_what_an_importer_looks_for() -> None:
         "kinematic",
         "condensed",
         "single_axis",
+        "two_mass",
+        "cartesian",
+        "h_frame",
     ]
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", description.generationDateAndTime)
     simulation = description.coSimulation

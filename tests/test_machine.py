@@ -123,7 +123,7 @@ BAD = {
     "machine is no table": ("machine = 3", "machine: found 3, expected a table"),
     "name of two lines": ("[machine]\nname = 'a\\nb'\nx = 1", "unknown key 'x'"),
     "name no text": ("[machine]\nname = 3", "machine.name: found 3"),
-    "topology": ("[machine]\ntopology = 'h_frame'", "machine.topology: found 'h_frame'"),
+    "topology": ("[machine]\ntopology = 'delta'", "machine.topology: found 'delta'"),
     "drive": ("[machine]\ndrive = 'step'", "nearest known: stepper"),
     "fidelity": ("[machine]\nfidelity = 'ful'", "nearest known: full"),
     "condensed dc": ("[machine]\ndrive='dc'\nfidelity='condensed'", "knows no dc drive"),

@@ -330,6 +330,9 @@ static void micro_step(stage *s, double end)
     case REDUCED:
     case CONDENSED: move(s, &TOPOLOGIES[REDUCED]); break; /* same sections, other constants */
     case SINGLE_AXIS: move(s, &TOPOLOGIES[SINGLE_AXIS]); break;
+    case TWO_MASS: move(s, &TOPOLOGIES[TWO_MASS]); break;
+    case CARTESIAN: move(s, &TOPOLOGIES[CARTESIAN]); break;
+    case H_FRAME: move(s, &TOPOLOGIES[H_FRAME]); break;
     default: follow(s, end);
     }
     s->time = end;

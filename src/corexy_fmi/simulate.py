@@ -16,6 +16,7 @@ from corexy_fmi.kernel.layout import (
 from corexy_fmi.machine import FreeForm, Machine
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.recording import Recording, check_drive, controller, inputs
+from corexy_fmi.topologies import BY_EQUATION_1
 
 CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "V1", "V2")
 
@@ -64,9 +65,16 @@ def _first_angles(machine: Machine, recording: Recording) -> tuple[float, float]
     for names in (("phi1_meas", "phi2_meas"), ("x", "y")):
         if all(n in channels and np.isfinite(channels[n]).any() for n in names):
             a, b = (float(channels[n][np.isfinite(channels[n])][0]) for n in names)
-            radius = machine.parameters["pulley_radius"]
-            return (a, b) if names[0] != "x" else ((a + b) / radius, (a - b) / radius)
+            return (a, b) if names[0] != "x" else _angles(machine, a, b)
     return 0.0, 0.0
+
+
+def _angles(machine: Machine, x: float, y: float) -> tuple[float, float]:
+    """Motor angles [rad] at rest at a position [m], eq. (1)."""
+    radius = machine.parameters["pulley_radius"]
+    if machine.topology in BY_EQUATION_1:
+        return (x + y) / radius, (x - y) / radius
+    return x / radius, y / radius
 
 
 def _first_angle(machine: Machine, recording: Recording) -> float:

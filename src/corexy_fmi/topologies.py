@@ -15,6 +15,7 @@ COREXY = "corexy"
 GUIDES = frozenset({"start", "start_axis", "guide", "stick"})
 VOLTAGES = frozenset({"motor", "torque"})
 SENSORS = frozenset({"start_sensor", "output", "filter", "sensor", "sampling", "clock"})
+BY_EQUATION_1 = (COREXY, "h_frame")  # whose motors turn by the sum and difference of x and y
 BOTH_AXES = ("axis_skew", "sensor_rotation")
 
 
@@ -69,54 +70,22 @@ def _own(
 
 
 RADIUS = replace(
-    _own(
-        "pulley_radius",
-        "pulley_radius",
-        "r",
-        "m",
-        1.0,
-        "travel per radian of the motor; 1: angles are travel in m and torques forces in N",
-        FIXED,
-    ),
+    _own("pulley_radius", "pulley_radius", "r", "m", 1.0,
+         "travel per radian of the motor; 1: angles are travel in m, torques forces in N", FIXED),
     upper=1.0,
-)
+)  # fmt: skip
 SMOOTHING = BY_NAME["friction_smoothing"]
+GAIN = _own("motor_torque_gain", "force_gain", "g", "N m/V", 1.0,
+            "torque per volt; force per volt where pulley_radius is 1")  # fmt: skip
 SINGLE_AXIS = Topology(
     "single_axis",
     (
         RADIUS,
-        _own(
-            "carriage_mass",
-            "moving_mass",
-            "M",
-            "kg",
-            1.0,
-            "all that moves, motor included",
-        ),
-        _own(
-            "carriage_viscous_friction",
-            "viscous_friction",
-            "F_v",
-            "N s/m",
-            1.0,
-            "viscous friction, back-EMF included",
-        ),
-        _own(
-            "carriage_coulomb_friction",
-            "coulomb_friction",
-            "F_c",
-            "N",
-            0.1,
-            "Coulomb friction",
-        ),
-        _own(
-            "motor_torque_gain",
-            "force_gain",
-            "g",
-            "N m/V",
-            1.0,
-            "torque per volt; force per volt where pulley_radius is 1",
-        ),
+        _own("carriage_mass", "moving_mass", "M", "kg", 1.0, "all that moves, motor included"),
+        _own("carriage_viscous_friction", "viscous_friction", "F_v", "N s/m", 1.0,
+             "viscous friction, back-EMF included"),
+        _own("carriage_coulomb_friction", "coulomb_friction", "F_c", "N", 0.1, "Coulomb friction"),
+        GAIN,
         SMOOTHING,
     ),
     motors=1,
@@ -126,12 +95,57 @@ SINGLE_AXIS = Topology(
     strange=(*BOTH_AXES, "load_friction"),
     forces=("x",),
     arguments=("vx", "x", "t"),
+)  # fmt: skip
+TWO_MASS = Topology(
+    "two_mass",
+    (
+        RADIUS,
+        _own("carriage_mass", "mass_1", "m_1", "kg", 1.0, "the driven cart, motor included"),
+        _own("bridge_mass", "mass_2", "m_2", "kg", 1.0, "the sprung cart"),
+        _own("belt_axial_stiffness", "spring_stiffness", "k", "N/m", 1e3, "between the carts"),
+        replace(
+            _own("pulley_viscous_friction", "spring_damping", "c", "N s/m", 0.5,
+                 "between the carts"),
+            upper=1e3,
+        ),
+        _own("carriage_viscous_friction", "viscous_friction_1", "b_1", "N s/m", 1.0,
+             "of the driven cart, back-EMF included"),
+        _own("bridge_viscous_friction", "viscous_friction_2", "b_2", "N s/m", 0.1,
+             "of the sprung cart"),
+        _own("carriage_coulomb_friction", "coulomb_friction_1", "f_1", "N", 0.1,
+             "of the driven cart"),
+        _own("bridge_coulomb_friction", "coulomb_friction_2", "f_2", "N", 0.01,
+             "of the sprung cart"),
+        GAIN,
+        SMOOTHING,
+    ),
+    motors=1,
+    drives=("dc",),
+    ports=GUIDES | VOLTAGES | SENSORS,
+    locations=("x", "y", "xy", "motors", "sensor"),
+    strange=(*BOTH_AXES, "load_friction"),
+    forces=("x", "y"),
+    arguments=("vx", "vy", "x", "y", "t"),
+)  # fmt: skip
+PLANAR = tuple(
+    p for p in NOMINAL if p.name not in ("pulley_inertia", "pulley_viscous_friction",
+                                         "pulley_coulomb_friction", "pulley_mass", "clip_spacing")
+)  # fmt: skip
+CARTESIAN = Topology(
+    "cartesian",
+    PLANAR,
+    ports=GUIDES | VOLTAGES | SENSORS | {"command"},
+    locations=("x", "y", "xy", "motor1", "motor2", "motors", "sensor"),
 )
+H_FRAME = replace(CARTESIAN, name="h_frame", parameters=(*PLANAR, BY_NAME["clip_spacing"]))
 TOPOLOGIES = {
     topology.name: topology
     for topology in (
         Topology(COREXY, NOMINAL, fidelities=("full", "reduced", "kinematic", "condensed")),
         SINGLE_AXIS,
+        TWO_MASS,
+        CARTESIAN,
+        H_FRAME,
     )
 }
 

@@ -17,6 +17,9 @@ ENUMERATIONS = {
         "kinematic": "eq. (1): no mass, no friction, no belt",
         "condensed": "as reduced, idlers shared out by their static weights; stepper only",
         "single_axis": "no Core-XY: one axis that motor 1 drives directly; dc only",
+        "two_mass": "no Core-XY: cart x driven directly by motor 1, cart y on a spring; dc only",
+        "cartesian": "no Core-XY: motor 1 and a belt for x, motor 2 and another for y",
+        "h_frame": "no Core-XY: one belt around both motors",
     },
     "FreeFormArgument": {name: f"over {name}" for name in FREE_FORM_ARGUMENTS},
 }

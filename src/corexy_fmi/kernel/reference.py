@@ -92,7 +92,7 @@ class ReferenceStage(ReferenceState):
     def _stiffness(self) -> None:
         a, sections = self.a, len(self.stage.sections)
         a["stiffness"], a["slope"] = a["stiffness0"].copy(), np.zeros(sections)
-        a["belt_time"] = np.full(sections, self.nominal["belt_damping_time"])
+        a["belt_time"] = np.full(sections, a["damping_time"][0])
         a["length"] = a["length0"] + self.slopes @ a["q"][:2]
         self.run_port("belt")
 

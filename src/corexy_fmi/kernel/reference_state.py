@@ -23,6 +23,7 @@ def _arrays(stage: Stage, nominal: Mapping[str, float], dc: bool) -> dict[str, A
     """State and constants of a stage under the names that the port table uses."""
     n, sections = len(stage.coordinates), len(stage.sections)
     c = stage.constants(nominal, float(dc))
+    held = nominal["belt_damping_time"] if c.damping_time is None else c.damping_time
     pairs = (
         "command",
         "command_rate",
@@ -42,6 +43,7 @@ def _arrays(stage: Stage, nominal: Mapping[str, float], dc: bool) -> dict[str, A
         "stiffness0": np.array(c.stiffness, float),
         "length0": np.array(c.length, float),
         "radius": np.array([nominal["pulley_radius"]]),
+        "damping_time": np.array([float(held)]),
         "belt_sign": np.array([1.0 if s.belt == 1 else -1.0 for s in stage.sections]),
         "side": np.array([float(s.side) for s in stage.sections]),
         "yaw_arm": np.array([float(s.yaw_arm) for s in stage.sections]),

@@ -104,7 +104,7 @@ def _parameters(
     rel_std = {p.name: p.rel_std for p in kind.parameters}
     for name, entry in given.items():
         values[name], rel_std[name] = _parameter(entry, known[name], f"{where}.{name}")
-    if kind.name == COREXY and values["clip_spacing"] >= values["bridge_pulley_spacing"]:
+    if "clip_spacing" in values and values["clip_spacing"] >= values["bridge_pulley_spacing"]:
         raise InputError(
             f"{where}.clip_spacing: found {values['clip_spacing']!r} m, expected less than "
             f"bridge_pulley_spacing = {values['bridge_pulley_spacing']!r} m"

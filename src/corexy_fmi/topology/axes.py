@@ -1,7 +1,7 @@
-"""Stages without belts: one axis that its motor drives directly.
+"""Stages whose motor drives its axis directly: one axis, or two carts joined by a spring.
 
-The motor is fixed to the axis, so that its angle times ``pulley_radius`` is the axis' position; the
-axis that is not there is a unit mass that nothing moves.
+The motor is fixed to x, so that its angle times ``pulley_radius`` is the position; the axis that is
+not there is a unit mass that nothing moves.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from corexy_fmi.topology.stage import Constants, Stage
+from corexy_fmi.topology.stage import Constants, Section, Stage
 
 MOTORS = ("phi1", "phi2")
 
@@ -33,5 +33,28 @@ SINGLE_AXIS = Stage(
     single_axis_constants,
     topology="single_axis",
     rest=((1.0, 0.0), (0.0, 0.0)),
+    direct=(True, False),
+)
+
+
+def two_mass_constants(p: Mapping[str, Any], dc: Any) -> Constants:
+    """x is the driven cart, y the sprung one: k (x - y) + c (x' - y') between them."""
+    return Constants(
+        mass=(p["mass_1"], p["mass_2"], 1, 1),
+        viscous=(p["viscous_friction_1"], p["viscous_friction_2"], 0, 0),
+        coulomb=(p["coulomb_friction_1"], p["coulomb_friction_2"], 0, 0),
+        stiffness=(p["spring_stiffness"],),
+        length=(1,),
+        damping_time=p["spring_damping"] / p["spring_stiffness"],
+    )
+
+
+TWO_MASS = Stage(
+    "two_mass",
+    SINGLE_AXIS.coordinates,
+    (Section("spring", 1, {"y": 1, "x": -1}),),
+    two_mass_constants,
+    topology="two_mass",
+    rest=((1.0, 0.0), (1.0, 0.0)),
     direct=(True, False),
 )
