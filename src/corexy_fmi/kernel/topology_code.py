@@ -131,7 +131,8 @@ def _find_forces(stage: Stage) -> str:
         lines += [f"q{i} = s->released[{m}][l] > 0 ? q{i} : s->command[{m}][l];"]
         lines += [f"v{i} = s->released[{m}][l] > 0 ? v{i} : s->command_rate[{m}][l];"]
     lines += ["const double r = s->radius[0][l];", "(void)r;"]
-    turning = [i for i in range(2, count) if stage.sections]  # nothing pulls the others
+    pulled = {c for section in stage.sections for c in section.row}
+    turning = [i for i in range(2, count) if stage.coordinates[i] in pulled]
     lines += [f"const double u{i} = r * q{i};" for i in turning]
     for n, section in enumerate(stage.sections):
         elongation = _section_sum(stage, section)
