@@ -52,6 +52,10 @@ def test_the_description_holds_what_an_importer_looks_for() -> None:
         "reduced",
         "kinematic",
         "condensed",
+        "single_axis",
+        "two_mass",
+        "cartesian",
+        "h_frame",
     ]
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", description.generationDateAndTime)
     simulation = description.coSimulation

@@ -14,7 +14,7 @@ from corexy_fmi.machine import (
     machine_to_toml,
     save_machine,
 )
-from corexy_fmi.parameters import NOMINAL, defaults
+from corexy_fmi.parameters import defaults
 
 FULL = """
 [machine]
@@ -90,7 +90,7 @@ def test_bundled_machines_load_by_name_folder_and_file(tmp_path):
     for name in machine_names():
         machine = load_machine(name)
         assert machine.name == name
-        assert list(machine.parameters) == [p.name for p in NOMINAL]
+        assert list(machine.parameters) == [p.name for p in machine.kind.parameters]
     save_machine(load_machine("gt2_printer"), tmp_path / "machine.toml")
     assert load_machine(tmp_path) == load_machine("gt2_printer")
 
@@ -124,7 +124,7 @@ BAD = {
     "machine is no table": ("machine = 3", "machine: found 3, expected a table"),
     "name of two lines": ("[machine]\nname = 'a\\nb'\nx = 1", "unknown key 'x'"),
     "name no text": ("[machine]\nname = 3", "machine.name: found 3"),
-    "topology": ("[machine]\ntopology = 'h_frame'", "machine.topology: found 'h_frame'"),
+    "topology": ("[machine]\ntopology = 'delta'", "machine.topology: found 'delta'"),
     "drive": ("[machine]\ndrive = 'step'", "nearest known: stepper"),
     "fidelity": ("[machine]\nfidelity = 'ful'", "nearest known: full"),
     "condensed dc": ("[machine]\ndrive='dc'\nfidelity='condensed'", "knows no dc drive"),

@@ -16,7 +16,8 @@ enum { ANGLES = 0, VOLTAGES = 1, CLOSED_LOOP = 2 };
 typedef struct {
     int rows, mode, topology, drive;
     const double *time, *input1, *input2; /* [rows]: angles [rad], voltages [V] or references [rad] */
-    double kp, kd, limit, angle1, angle2; /* gains, longest micro-step [s] or 0, first angles [rad] */
+    double kp, kd, rate_weight;           /* gains of the loop, share of the reference's rate */
+    double limit, angle1, angle2;         /* longest micro-step [s] or 0, first angles [rad] */
     const double *parameter;              /* [LANES][PARAMETER_COUNT] */
     const double *deflection;             /* [LANES][2] [m] */
     const int *channel;                   /* outputs wanted, [channels] */
@@ -40,7 +41,7 @@ static void set_voltage(stage *s, const batch *b, int row)
         for (int l = 0; l < LANES; l++)
             s->voltage[i][l] = b->mode == VOLTAGES
                 ? u
-                : b->kp * (u - s->q[2 + i][l]) + b->kd * (rate - s->v[2 + i][l]);
+                : b->kp * (u - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
     }
 }
 

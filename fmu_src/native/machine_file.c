@@ -151,7 +151,7 @@ static int parse_head(struct text *t, slave *s, char *name, int *count, char *wh
         && take_rest(t, rest, sizeof rest)
         && take_word(t, "count ") && take_count(t, count) && take_word(t, "\n");
     const int known = whole && s->choice[CHOICE_DRIVE] >= 1 && s->choice[CHOICE_DRIVE] <= 2
-        && s->choice[CHOICE_FIDELITY] >= 1 && s->choice[CHOICE_FIDELITY] <= 4;
+        && s->choice[CHOICE_FIDELITY] >= 1 && s->choice[CHOICE_FIDELITY] <= STAGE_COUNT;
     if (!known) REFUSE(FILE_NAME ": found no name, drive, fidelity and count, expected them");
     for (int i = 0; i <= CHOICE_FIDELITY; i++) s->choice[i]--;
     return 1;

@@ -97,7 +97,8 @@ int slave_load_parameter(slave *s, int place, double value, char *why)
 
 /* what must hold between parameters */
 
-static const char *const fidelities[] = {"full", "reduced", "kinematic", "condensed"};
+static const char *const fidelities[] = {"full", "reduced", "kinematic", "condensed",
+                                         "single_axis", "two_mass", "cartesian", "h_frame"};
 
 static int check_effects(const slave *s, char *why)
 {
@@ -135,6 +136,8 @@ int slave_check_parameters(const slave *s, char *why)
     const int fidelity = s->choice[CHOICE_FIDELITY];
     if (s->choice[CHOICE_DRIVE] == DC && (fidelity == KINEMATIC || fidelity == CONDENSED))
         REFUSE("fidelity: %s knows no dc drive, expected full or reduced", fidelities[fidelity]);
+    if (s->choice[CHOICE_DRIVE] != DC && (fidelity == SINGLE_AXIS || fidelity == TWO_MASS))
+        REFUSE("drive: stepper, expected dc with fidelity %s", fidelities[fidelity]);
     if (!(p[PARAMETER_CLIP_SPACING][0] < p[PARAMETER_BRIDGE_PULLEY_SPACING][0]))
         REFUSE("%s: found %g m, expected less than %s = %g m", parameter_name(PARAMETER_CLIP_SPACING),
                p[PARAMETER_CLIP_SPACING][0], parameter_name(PARAMETER_BRIDGE_PULLEY_SPACING),

@@ -252,6 +252,26 @@ static void move_structure(stage *s)
     run_port(s, PORT_STRUCTURE);
 }
 
+/* a motor fixed to its axis: its torque is the axis' force, its angle the axis' position */
+INLINE void pull_along(stage *s, table *t)
+{
+    for (int i = 0; i < 2; i++)
+        if (t->direct[i])
+            EACH s->force[i][l] += s->force[2 + i][l] / s->radius[0][l];
+}
+
+INLINE void turn_along(stage *s, table *t, double step)
+{
+    for (int i = 0; i < 2; i++)
+        if (t->direct[i])
+            EACH {
+                const double v = s->v[i][l] / s->radius[0][l];
+                s->before[2 + i][l] = step > 0 ? s->before[i][l] / s->radius[0][l] : v;
+                s->v[2 + i][l] = v;
+                s->q[2 + i][l] = s->q[i][l] / s->radius[0][l];
+            }
+}
+
 INLINE void move(stage *s, table *t)
 {
     set_command(s, s->now);
@@ -259,9 +279,11 @@ INLINE void move(stage *s, table *t)
     else t->find_forces(s); /* the same operations in the same order, in registers */
     if (s->has_torque_hooks) find_motor_torque(s);
     if (s->has_free_form) add_free_forms(s);
+    pull_along(s, t);
     if (s->has_guide_hooks) kick_guides(s, 0.5 * s->step);
     else kick_free(s, 0, 2, 0.5 * s->step);
     kick_motors(s, 0.5 * s->step);
+    turn_along(s, t, s->step);
     if (hooked(s, PORT_STRUCTURE)) move_structure(s);
 }
 
@@ -308,6 +330,10 @@ static void micro_step(stage *s, double end)
     case FULL: move(s, &TOPOLOGIES[FULL]); break;
     case REDUCED:
     case CONDENSED: move(s, &TOPOLOGIES[REDUCED]); break; /* same sections, other constants */
+    case SINGLE_AXIS: move(s, &TOPOLOGIES[SINGLE_AXIS]); break;
+    case TWO_MASS: move(s, &TOPOLOGIES[TWO_MASS]); break;
+    case CARTESIAN: move(s, &TOPOLOGIES[CARTESIAN]); break;
+    case H_FRAME: move(s, &TOPOLOGIES[H_FRAME]); break;
     default: follow(s, end);
     }
     s->time = end;

@@ -130,9 +130,10 @@ static void settle(stage *s)
     }
 }
 
-/* positions at rest: eq. (1) of the angles and the deflection */
+/* positions at rest: eq. (1) of the angles, or what it is on another stage, and the deflection */
 static void place_at(stage *s, double time, const double *angles, const lane *deflection)
 {
+    table *t = &TOPOLOGIES[s->topology];
     s->time = s->now = s->input_time = s->begun = time;
     s->elapsed = 0;
     for (int i = 0; i < 2; i++) { s->input[i] = angles[i]; s->input_rate[i] = 0; }
@@ -140,9 +141,10 @@ static void place_at(stage *s, double time, const double *angles, const lane *de
     for (int i = 0; i < 2; i++)
         EACH {
             s->q[2 + i][l] = s->command[i][l];
-            const double angle = angles[0] + (i ? -1.0 : 1.0) * angles[1];
-            s->q[i][l] = 0.5 * s->radius[0][l] * angle + deflection[i][l];
+            const double angle = t->rest[i][0] * angles[0] + t->rest[i][1] * angles[1];
+            s->q[i][l] = s->radius[0][l] * angle + deflection[i][l];
         }
+    turn_along(s, t, 0.0);
     settle(s);
 }
 

@@ -16,6 +16,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.machine.record import Machine
 from corexy_fmi.profile import Profile, constant_speed, trapezoid
 from corexy_fmi.recording.record import Recording
+from corexy_fmi.topologies import BY_EQUATION_1, COREXY
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-9  # [s] rows nearer than this are one
@@ -156,8 +157,23 @@ def row_times(motion: Motion, rate: float) -> Array:
     return np.sort(np.concatenate([grid, marks]))
 
 
+def check_kind(machine: Machine, *kinds: str) -> Machine:
+    """The machine, if its topology is one of ``kinds`` (Core-XY alone by default).
+
+    Raises InputError otherwise.
+    """
+    known = kinds or (COREXY,)
+    if machine.topology not in known:
+        listed = " or ".join(repr(name) for name in known)
+        raise InputError(
+            f"machine {machine.name!r}: topology {machine.topology!r}, expected {listed} here"
+        )
+    return machine
+
+
 def check_stage(recording: Recording, machine: Machine) -> None:
     """Raises InputError where the command leaves |x| <= (W - c)/2, |y| <= H/2."""
+    check_kind(machine, *BY_EQUATION_1)
     numbers = machine.parameters
     phi1, phi2, radius = recording["phi1"], recording["phi2"], numbers["pulley_radius"]
     limits = {

@@ -16,6 +16,7 @@ class NominalParameter:
 
     ``default`` is the stepper machine's value, ``dc_default`` the dc machine's where it differs;
     ``rel_std`` is the relative prior of a bare number; bounds are inclusive and in ``unit``.
+    ``slot`` names the place in the kernel's vector that another topology puts it at.
     """
 
     name: str
@@ -28,6 +29,12 @@ class NominalParameter:
     meaning: str
     fmu_name: str
     dc_default: float | None = None
+    slot: str = ""
+
+    @property
+    def place(self) -> int:
+        """Place in the kernel's vector."""
+        return PLACES[self.slot or self.name]
 
     def value(self, drive: str) -> float:
         """Default for a drive, "stepper" or "dc"."""
@@ -80,6 +87,7 @@ NOMINAL: tuple[NominalParameter, ...] = (
 )  # fmt: skip
 
 BY_NAME: dict[str, NominalParameter] = {parameter.name: parameter for parameter in NOMINAL}
+PLACES: dict[str, int] = {parameter.name: n for n, parameter in enumerate(NOMINAL)}
 
 
 def nominal(name: str) -> NominalParameter:

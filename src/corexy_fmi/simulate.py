@@ -16,6 +16,7 @@ from corexy_fmi.kernel.layout import (
 from corexy_fmi.machine import FreeForm, Machine
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.recording import Recording, check_drive, controller, inputs
+from corexy_fmi.topologies import BY_EQUATION_1
 
 CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "V1", "V2")
 
@@ -42,7 +43,10 @@ def machine_vector(machine: Machine, layout: Layout | None = None) -> Array:
     """The kernel's parameter vector (layout.parameters,) of a machine with its effects."""
     layout = layout or bundled_layout()
     vector = neutral_vector(layout)
-    vector[: len(NOMINAL)] = [machine.parameters[p.name] for p in NOMINAL]
+    for p in NOMINAL:
+        vector[p.place] = 0.0 if p.lower == 0 else p.default  # not read where it is not the stage's
+    for p in machine.kind.parameters:
+        vector[p.place] = machine.parameters[p.name]
     for use in machine.effects:
         instance = layout.find(use.name, use.location)
         for k, parameter in enumerate(instance.effect.parameters):
@@ -56,24 +60,60 @@ def machine_vector(machine: Machine, layout: Layout | None = None) -> Array:
 def _first_angles(machine: Machine, recording: Recording) -> tuple[float, float]:
     """dc without references: the first encoder values, else eq. (1) of the first x, y, else 0."""
     channels = recording.channels
+    if machine.kind.motors == 1:
+        return _first_angle(machine, recording), 0.0
     for names in (("phi1_meas", "phi2_meas"), ("x", "y")):
         if all(n in channels and np.isfinite(channels[n]).any() for n in names):
             a, b = (float(channels[n][np.isfinite(channels[n])][0]) for n in names)
-            radius = machine.parameters["pulley_radius"]
-            return (a, b) if names[0] != "x" else ((a + b) / radius, (a - b) / radius)
+            return (a, b) if names[0] != "x" else _angles(machine, a, b)
     return 0.0, 0.0
+
+
+def _angles(machine: Machine, x: float, y: float) -> tuple[float, float]:
+    """Motor angles [rad] at rest at a position [m], eq. (1)."""
+    radius = machine.parameters["pulley_radius"]
+    if machine.topology in BY_EQUATION_1:
+        return (x + y) / radius, (x - y) / radius
+    return x / radius, y / radius
+
+
+def _first_angle(machine: Machine, recording: Recording) -> float:
+    """The same of a stage with one motor: its encoder, else x, else 0."""
+    for name, travel in (("phi1_meas", 1.0), ("x", machine.parameters["pulley_radius"])):
+        seen = recording.channels.get(name, np.empty(0))
+        seen = seen[np.isfinite(seen)]
+        if len(seen):
+            return float(seen[0]) / travel
+    return 0.0
+
+
+def _held(machine: Machine, recording: Recording) -> tuple[float, float] | None:
+    """Where a directly driven axis rests before its loop closes: where it is measured, if it is."""
+    measured = {"phi1_meas", "x"} & set(recording.measured)
+    if machine.kind.motors != 1 or not measured:
+        return None
+    return _first_angle(machine, recording), 0.0
 
 
 def excitation(machine: Machine, recording: Recording) -> Excitation:
     """What drives a recording: angles, voltages, or references with the loop of its metadata."""
     check_drive(recording, machine)
     given = inputs(recording)
+    if machine.kind.motors == 1:
+        given |= {n: np.zeros(len(recording.time)) for n in ("phi2", "V2")}
     if machine.drive == "stepper":
         return Excitation(recording.time, given["phi1"], given["phi2"])
     loop = (controller(recording) or machine.controller) if "phi1" in given else None
     if loop is not None:
         return Excitation(
-            recording.time, given["phi1"], given["phi2"], "closed_loop", loop.kp, loop.kd
+            recording.time,
+            given["phi1"],
+            given["phi2"],
+            "closed_loop",
+            loop.kp,
+            loop.kd,
+            first_angles=_held(machine, recording),
+            rate_weight=loop.rate_weight,
         )
     first = _first_angles(machine, recording)
     return Excitation(recording.time, given["V1"], given["V2"], "voltages", first_angles=first)
@@ -89,9 +129,9 @@ def simulate(machine: Machine, recording: Recording, layout: Layout | None = Non
     drive = excitation(machine, recording)
     layout = layout or bundled_layout()
     vector, dc = machine_vector(machine, layout), machine.drive == "dc"
-    out = run_lanes(
-        layout, drive, vector[None], fidelity=machine.fidelity, dc=dc, channels=CHANNELS
-    )[0]
+    out = run_lanes(layout, drive, vector[None], fidelity=machine.stage, dc=dc, channels=CHANNELS)[
+        0
+    ]
     response = dict(zip(CHANNELS, out, strict=True))
     angles = {"phi1_meas": response.pop("phi1"), "phi2_meas": response.pop("phi2")}
     volts = {n: response.pop(n) for n in ("V1", "V2")}

@@ -34,7 +34,7 @@ from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.hil.port import SerialPort
 from corexy_fmi.hil.protocol import Type
 from corexy_fmi.machine import load_machine
-from corexy_fmi.motion import check_stage
+from corexy_fmi.motion import check_kind, check_stage
 from corexy_fmi.recording import Recording, check_drive, read_recording
 from corexy_fmi.rectangle import Rectangle
 
@@ -115,7 +115,7 @@ def run(
 
     corexy hil run run.csv --port /dev/ttyUSB0 --centred --arm --tracker udp://:9000 --out m.csv
     """
-    order, chosen = read_recording(motion), load_machine(machine)
+    order, chosen = read_recording(motion), check_kind(load_machine(machine))
     check_drive(order, chosen)
     if "phi1" not in order:
         raise InputError(f"{motion}: no columns phi1, phi2, expected commanded angles")
@@ -160,7 +160,7 @@ def rectangle(
     corexy hil rectangle --width 0.06 --height 0.04 --speed 0.039 --port /dev/ttyUSB0 --centred
     --arm --tracker udp://:9000 --beside --out run.csv
     """
-    chosen = load_machine(machine)
+    chosen = check_kind(load_machine(machine))
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
     label(chosen)
@@ -208,7 +208,7 @@ def diagnose(
 
     corexy hil diagnose --port /dev/ttyUSB0 --tracker udp://:9000 --centred --arm --out result
     """
-    chosen = load_machine(machine)
+    chosen = check_kind(load_machine(machine))
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, False, supply)

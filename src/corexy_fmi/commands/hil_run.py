@@ -123,7 +123,7 @@ def _loop(machine: Machine) -> dict[str, str]:
     loop = machine.controller
     if machine.drive != "dc" or loop is None:
         return {}
-    return {"controller": f"pd kp={loop.kp!r} kd={loop.kd!r}"}
+    return {"controller": loop.line}
 
 
 def _dry(setup: Setup, order: Recording) -> None:

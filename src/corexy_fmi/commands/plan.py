@@ -25,6 +25,7 @@ from corexy_fmi.commands.screen import (
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_folder
 from corexy_fmi.machine import Machine, load_machine
+from corexy_fmi.motion import check_kind
 from corexy_fmi.programs import named_command, programs, stage_limits
 from corexy_fmi.recording import write_recording
 
@@ -64,7 +65,7 @@ def plan(
     from corexy_fmi.engine.plan import smallest
     from corexy_fmi.kernel.layout import bundled_layout
 
-    chosen = _checked(load_machine(machine), noise, rate)
+    chosen = _checked(check_kind(load_machine(machine)), noise, rate)
     limits = stage_limits(chosen, speed, acceleration)
     orders = {n: named_command(f"{n}.csv", m, chosen, rate) for n, m in programs(limits).items()}
     with progress() as move, ThreadPoolExecutor() as pool:

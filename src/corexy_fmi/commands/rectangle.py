@@ -27,10 +27,11 @@ from corexy_fmi.corners import Corner, corner_table
 from corexy_fmi.errors import InputError
 from corexy_fmi.figure import check_format, draw_rectangle
 from corexy_fmi.machine import Machine, load_machine
-from corexy_fmi.motion import check_stage, command
+from corexy_fmi.motion import check_kind, check_stage, command
 from corexy_fmi.pulses import Driver
 from corexy_fmi.recording import Recording, write_recording
 from corexy_fmi.rectangle import Rectangle
+from corexy_fmi.topologies import BY_EQUATION_1
 
 
 def rectangle(
@@ -97,14 +98,14 @@ def rectangle_command(shape: Rectangle, machine: Machine, name: str) -> Recordin
 
     Raises InputError where the run leaves the stage or a dc machine has no controller.
     """
+    check_kind(machine, *BY_EQUATION_1)
     order = command(shape.motion, machine.parameters["pulley_radius"], name=name)
     check_stage(order, machine)
     if machine.drive != "dc":
         return order
     if machine.controller is None:
         raise InputError(f"machine {machine.name!r}: no [controller], expected its kp and kd")
-    loop = f"pd kp={machine.controller.kp!r} kd={machine.controller.kd!r}"
-    return replace(order, metadata={"controller": loop})
+    return replace(order, metadata={"controller": machine.controller.line})
 
 
 def show_corners(corners: Sequence[Corner]) -> None:

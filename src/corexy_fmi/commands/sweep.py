@@ -32,6 +32,7 @@ from corexy_fmi.commands.screen import (
 )
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import load_machine
+from corexy_fmi.motion import check_kind
 from corexy_fmi.rectangle import Rectangle
 
 NOT_ONE = "dask: found with --jobs, expected one of them"
@@ -97,7 +98,7 @@ def sweep(
     if dask is not None and jobs is not None:
         raise InputError(NOT_ONE)
     shape = Rectangle(width, height, speed, loops, accel)
-    ranges, chosen = read_ranges(vary or (), spread or (), load_machine(machine))
+    ranges, chosen = read_ranges(vary or (), spread or (), check_kind(load_machine(machine)))
     plan = Plan(chosen, shape, ranges, sets, seed, chunk, within)
     about = {"machine": chosen.name, "surrogate": chosen.surrogate}
     pyarrow()

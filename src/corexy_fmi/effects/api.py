@@ -53,6 +53,7 @@ class Parameter:
     initial: bool = False  # where a memory begins, -1 .. 1: free in every run, told of none
     drives: tuple[str, ...] = (STEPPER, DC)
     units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ
+    shape: bool = False  # stays at its default unless a hypothesis says that it is fitted too
 
     def unit_at(self, location: str) -> str:
         """The unit at a location."""

@@ -11,6 +11,7 @@ from corexy_fmi.engine.unknowns import Hypothesis, LawShape
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
+from corexy_fmi.topologies import knows
 
 SPEED_KNOTS = (-1.0, -0.7, -0.4, -0.15, -0.02, 0.02, 0.15, 0.4, 0.7, 1.0)
 PLACE_KNOTS, TIME_KNOTS = 9, 12
@@ -28,7 +29,7 @@ def instances(
         i
         for i in layout.instances
         if machine.drive in i.effect.drives
-        and machine.fidelity in i.effect.fidelities
+        and knows(machine.stage, i.effect, i.location)
         and i.effect.name not in without
         and (i.effect.name, i.location) not in present
     ]
@@ -52,15 +53,20 @@ def laws(problem: Problem, u: Array) -> list[LawShape]:
     out = [problem.simulate(u[None], r, names)[0] for r in range(len(problem.runs))]
     ranges = dict(zip(names, np.concatenate(out, axis=1), strict=True))
     ranges["t"] = np.concatenate([r.excitation.time for r in problem.runs])
-    force = max(machine.parameters["carriage_coulomb_friction"], 0.05)
+    force = max(machine.at("carriage_coulomb_friction"), 0.05)
     torque = force * machine.parameters["pulley_radius"]
     places = {"x": force, "y": force} | (
         {"motor1": torque, "motor2": torque} if machine.drive == "dc" else {}
     )
+    taken = {law.location for law in machine.free_forms}  # a coordinate holds one law
+    places = {
+        n: scale for n, scale in places.items() if n in machine.kind.forces and n not in taken
+    }
     return [
         LawShape(place, name.removesuffix("_true"), _knots(name, values), scale)
         for place, scale in places.items()
         for name, values in ranges.items()
+        if name.removesuffix("_true") in machine.kind.arguments
     ]
 
 

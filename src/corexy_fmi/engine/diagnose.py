@@ -112,6 +112,16 @@ def _layout(effects_file: Path | None) -> Layout:
     return make_layout(catalogue() | {effect.name: effect})
 
 
+def _meaningless(runs: Sequence[Run], layout: Layout) -> frozenset[str]:
+    """Effects that these recordings cannot have: a delay where the clock is free; anything of the
+    sensor where it is the loop's own, which then follows what the sensor says.
+    """
+    names = {"sensor_delay"} if any(run.clock_free for run in runs) else set()
+    if all(s.channel in run.zeroed for run in runs for s in run.samples):
+        names |= {i.effect.name for i in layout.instances if i.location == "sensor"}
+    return frozenset(names)
+
+
 def _final(competition: Competition, verdict: Verdict) -> Fit:
     """The fit that the verdict stands on."""
     missing = verdict.entry is not None and verdict.word != "nothing_missing"
@@ -180,8 +190,7 @@ def diagnose(
     train, findings = _preflight(train, machine)
     holdout, more = _preflight(holdout, machine)
     runs, kept = make_runs(train, holdout, machine)
-    if any(run.clock_free for run in runs):
-        without |= {"sensor_delay"}
+    without |= _meaningless(runs, layout)
     with _workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)
         base = retune(layout, machine, tuple(runs))
@@ -254,13 +263,12 @@ def _document(
         "schema": 1,
         "verdict": verdict.word,
         "effects": document.effects(verdict, fit, competition, proof),
+        "nearest": document.nearest(verdict, competition),
         "ambiguous_between": [
             [m[0] if len(m) == 1 else m for m in group if m] for group in classes
         ],
         "next_experiment": None,
-        "located": document.located(
-            verdict, competition, proof, machine.parameters["pulley_radius"]
-        ),
+        "located": document.located(verdict, competition, proof, machine),
         "fit": rows,
         "heldout": document.heldout(rows, weak),
         "retuned": document.retuned(fit),

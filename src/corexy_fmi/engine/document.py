@@ -8,12 +8,14 @@ from typing import Any
 from corexy_fmi.engine import locate
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
-from corexy_fmi.engine.name import Competition
+from corexy_fmi.engine.name import THRESHOLD, Competition
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.screen import Lead
 from corexy_fmi.engine.verdict import Verdict, excess_removed
 from corexy_fmi.kernel.layout import Instance
+from corexy_fmi.machine import Machine
+from corexy_fmi.topology import STAGES
 
 ARGUMENT_STATE = {
     "vx": "speed",
@@ -27,6 +29,7 @@ ARGUMENT_STATE = {
 COORDINATE_OF = {c: c[-1] for c in ("x", "y", "vx", "vy", "ax", "ay")} | {
     f"phi{n}_meas": f"motor{n}" for n in (1, 2)
 }
+NEAREST = 3  # sets of the catalogue that an unexplained mismatch is told beside
 FREE_FORM_EQUATION = r"F = \mathrm{interp}(a;\ \mathrm{knots}, \mathrm{values})"
 
 
@@ -129,8 +132,34 @@ def effects(
     return [_effect(i, fit, competition, verdict) for i in verdict.entry.hypothesis.uses]
 
 
+def nearest(verdict: Verdict, competition: Competition) -> list[dict[str, Any]]:
+    """What the catalogue offers where it does not explain: its best sets, each with the share of
+    the best entry's gain, and the parameters of their fits.
+    """
+    if verdict.word != "unexplained" or not competition.entries:
+        return []
+    most = max(competition.entries[0].gain, 1e-9)
+    named = [e for e in competition.entries if e.hypothesis.uses and e.gain > THRESHOLD][:NEAREST]
+    return [
+        {
+            "gain_share": float(entry.gain / most),
+            "effects": [
+                _member((i.effect.name, i.location))
+                | {
+                    "parameters": effect_table(
+                        entry.fit, i.effect.name, i.location, covariance(entry.fit)
+                    )
+                }
+                for i in entry.hypothesis.uses
+            ],
+            "retuned": retuned_table(entry.fit, covariance(entry.fit)),
+        }
+        for entry in named
+    ]
+
+
 def located(
-    verdict: Verdict, competition: Competition, proof: Proof, radius: float
+    verdict: Verdict, competition: Competition, proof: Proof, machine: Machine
 ) -> dict[str, Any]:
     """Where the mismatch lies: coordinate, state, time, path, band."""
     if verdict.word == "nothing_missing":
@@ -152,7 +181,7 @@ def located(
         "coordinate": coordinate,
         "state": state,
         "time": locate.windows(proof),
-        "path": locate.places(proof, radius),
+        "path": locate.places(proof, STAGES[machine.stage], machine.parameters["pulley_radius"]),
         "frequency": locate.band(proof),
         "confidence": float(min(chance, 1.0)),
     }

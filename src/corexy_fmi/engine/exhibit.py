@@ -17,6 +17,7 @@ from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import simulate
+from corexy_fmi.topology import STAGES
 
 ARGUMENT_UNIT = {
     "vx": "m/s",
@@ -49,7 +50,7 @@ def _trace(proof: Proof, k: int, machine: Machine) -> Trace:
     run, rows = proof.runs[k], len(proof.runs[k].excitation.time)
     curves = {state: _curves(proof.replays[state][k]) for state in proof.replays}
     measured = {s.channel: _on_rows(s.value, s.index, rows) for s in run.samples}
-    e, r = run.excitation, machine.parameters["pulley_radius"] / 2
+    e, r = run.excitation, machine.parameters["pulley_radius"]
     angles = (e.input1, e.input2) if e.mode != "voltages" else (np.full(rows, np.nan),) * 2
     return Trace(
         run.name,
@@ -59,8 +60,7 @@ def _trace(proof: Proof, k: int, machine: Machine) -> Trace:
         curves["nominal"],
         curves["retuned"],
         curves["explained"],
-        r * (angles[0] + angles[1]),
-        r * (angles[0] - angles[1]),
+        *STAGES[machine.stage].path(r, *angles),
     )
 
 
@@ -126,12 +126,12 @@ def _corner(proof: Proof, fit: Fit, machine: Machine) -> CornerSize | None:
     """
     k = next(k for k, run in enumerate(proof.runs) if run.role == "train")
     run, e = proof.runs[k], proof.runs[k].excitation
-    if e.mode == "voltages" or machine.fidelity == "kinematic":
+    if e.mode == "voltages" or machine.fidelity == "kinematic" or machine.kind.motors < 2:
         return None
     with_it = tuned_machine(fit, machine.name)
     without = replace(with_it, effects=machine.effects, free_forms=machine.free_forms)
-    radius = with_it.parameters["pulley_radius"] / 2
-    command = radius * np.column_stack([e.input1 + e.input2, e.input1 - e.input2])
+    stage, radius = STAGES[machine.stage], with_it.parameters["pulley_radius"]
+    command = np.column_stack(stage.path(radius, e.input1, e.input2))
     paths = [
         np.column_stack([r.channels["x"], r.channels["y"]])
         for r in (simulate(m, run.recording, fit.problem.layout) for m in (with_it, without))
@@ -165,4 +165,5 @@ def exhibit(
         leftover=(left.gain, left.score) if left else None,
         machine_name=machine.name,
         surrogate=machine.surrogate,
+        topology=machine.topology,
     )

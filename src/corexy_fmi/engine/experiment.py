@@ -56,7 +56,8 @@ def next_experiment(
     fits = rivals(verdict, competition)
     recordings = [run.recording for run in competition.retuned.problem.runs]
     driven = all("phi1" in r for r in recordings)
-    if len(fits) < 2 or not driven or machine.fidelity == "kinematic":
+    planar = machine.topology == "corexy" and machine.fidelity != "kinematic"
+    if len(fits) < 2 or not driven or not planar:
         return None
     try:
         limits = recorded_limits(recordings, machine)

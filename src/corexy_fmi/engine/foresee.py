@@ -38,7 +38,7 @@ def imagined(order: Recording, machine: Machine, sensing: Sensing) -> Run:
     channels = dict(order.channels) | {c: np.zeros(len(order.time)) for c in sensing.noise}
     about = dict(order.metadata)
     if machine.drive == "dc" and machine.controller is not None:
-        about["controller"] = f"pd kp={machine.controller.kp!r} kd={machine.controller.kd!r}"
+        about["controller"] = machine.controller.line
     return make_run(Recording(order.name, order.time, channels, about), machine, "train")
 
 

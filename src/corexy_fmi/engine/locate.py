@@ -6,10 +6,11 @@ import numpy as np
 from scipy.signal import welch
 
 from corexy_fmi.engine.evidence import MissingForce, Spectrum
+from corexy_fmi.engine.problem import holding_stiffness
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import Machine
-from corexy_fmi.topology import REDUCED
+from corexy_fmi.topology import Stage
 
 WINDOW = 0.1  # [s]
 CELLS = 8  # of the path, along each axis
@@ -64,7 +65,7 @@ def _merged(edges: Array, energy: Array) -> list[tuple[float, float, float]]:
     return result
 
 
-def places(proof: Proof, radius: float) -> list[list[float]]:
+def places(proof: Proof, stage: Stage, radius: float) -> list[list[float]]:
     """[x, y, share] of the cells of the commanded path that hold most of the mismatch [m]."""
     points, energies = [], []
     for retuned, explained in zip(
@@ -74,7 +75,7 @@ def places(proof: Proof, radius: float) -> list[list[float]]:
         e = retuned.run.excitation
         if e.mode != "voltages":
             a, b = (np.interp(time, e.time, i) for i in (e.input1, e.input2))
-            points.append(np.column_stack([a + b, a - b]) * radius / 2)
+            points.append(np.column_stack(stage.path(radius, a, b)))
             energies.append(energy)
     if not points:
         return []
@@ -129,8 +130,7 @@ def missing_forces(proof: Proof, machine: Machine) -> tuple[MissingForce, ...]:
 
     K e with K = 2 k_e, smoothed over 20 ms; the band is that of the noise alone.
     """
-    constants = REDUCED.constants(machine.parameters, float(machine.drive == "dc"))
-    stiffness, result = 2 * float(constants.stiffness[0]), []
+    stiffness, result = holding_stiffness(machine), []
     for k, replayed in enumerate(proof.replays["retuned"]):
         for c, samples in enumerate(replayed.run.samples):
             if samples.channel in ("x", "y"):

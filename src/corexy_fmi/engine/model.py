@@ -12,7 +12,6 @@ from corexy_fmi.engine.screen import Lead
 from corexy_fmi.engine.unknowns import SMOOTHING, Unknown
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import EffectUse, FreeForm, Machine
-from corexy_fmi.parameters import BY_NAME
 
 Z95 = 1.959963984540054
 
@@ -79,6 +78,7 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
 def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
     """The nominal parameters of a fit with unit, interval and pull (CONTRACT 4)."""
     table: dict[str, dict[str, object]] = {}
+    units = {p.name: p.unit for p in fit.problem.machine.kind.parameters}
     for k, unknown in enumerate(fit.problem.unknowns):
         if "." in unknown.key or unknown.key == SMOOTHING:
             continue
@@ -87,7 +87,7 @@ def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
         entry = interval(fit, k, spread)
         table[unknown.key] = {
             "value": entry["value"],
-            "unit": BY_NAME[unknown.key].unit,
+            "unit": units[unknown.key],
             "ci95": entry["ci95"],
             "pull": pull,
             "prior_driven": driven,

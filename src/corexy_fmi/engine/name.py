@@ -15,6 +15,7 @@ import numpy as np
 from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import SMOOTHING, STIFFNESS, Hypothesis
 
@@ -242,7 +243,7 @@ def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
     own = first.problem.hypothesis.uses
     names, free = {i.effect.name for i in own}, any(i.effect.frees_rotor for i in own)
     return [
-        Hypothesis((*own, *s.uses))
+        Hypothesis((*own, *s.uses), shaped=first.problem.hypothesis.shaped)
         for s in singles
         if s.uses
         and s.uses[0].effect.name not in names
@@ -345,6 +346,7 @@ def compete(
     singles = hypotheses(base.problem, base.u, without)
     tell("fitting every effect at every place")
     fits = _round(base, singles, mapper, FINALISTS)
+    fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=_rank)
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [_refined(f) for f in fits[:1]]
     tell("looking for a second effect")

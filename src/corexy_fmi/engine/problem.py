@@ -30,20 +30,36 @@ from corexy_fmi.kernel.call import Array, run_lanes, step_limit
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
-from corexy_fmi.topology import REDUCED
+from corexy_fmi.topologies import COREXY
+from corexy_fmi.topology import STAGES
 
 STEP = 1e-3  # finite difference on the internal scale
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 DEFLECTIONS = ("deflection along x", "deflection along y")
+SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
 def deflection_scale(machine: Machine) -> float:
     """Half of the deflection [m] at which stiction holds the stage against its belts."""
-    dc = float(machine.drive == "dc")
-    constants = REDUCED.constants(machine.parameters, dc)
-    return 0.5 * float(max(constants.coulomb[:2])) / (2 * float(constants.stiffness[0])) + 1e-9
+    constants = STAGES[_like(machine)].constants(machine.parameters, float(machine.drive == "dc"))
+    return 0.5 * float(max(constants.coulomb[:2])) / holding_stiffness(machine) + 1e-9
+
+
+def holding_stiffness(machine: Machine) -> float:
+    """What holds an axis [N/m] against a force: the belts, eq. (15); without any, the loop."""
+    stage = STAGES[_like(machine)]
+    if stage.sections:
+        constants = stage.constants(machine.parameters, float(machine.drive == "dc"))
+        return 2 * float(constants.stiffness[0])
+    kp = machine.controller.kp if machine.controller else 1.0
+    return machine.at("motor_torque_gain") * kp / machine.parameters["pulley_radius"] ** 2
+
+
+def _like(machine: Machine) -> str:
+    """The stage that tells how stiff a machine is."""
+    return "reduced" if machine.topology == COREXY else machine.stage
 
 
 def _write_defaults(base: Array, instance: Instance) -> None:
@@ -62,7 +78,7 @@ def _needed(layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesi
         for row in itertools.islice(itertools.product(*values), 24) if quick else ():
             sets.append(base.copy())
             sets[-1][instance.parameter : instance.parameter + len(row)] = row
-    found = [_step_limit(layout, v.tobytes(), machine.fidelity, machine.drive) for v in sets]
+    found = [_step_limit(layout, v.tobytes(), machine.stage, machine.drive) for v in sets]
     return min(found, default=float("inf"))
 
 
@@ -103,7 +119,7 @@ class Problem:
         base = machine_vector(self.machine, self.layout)
         names = [run.name for run in self.runs]
         for instance in self.hypothesis.uses:
-            unknowns += effect_unknowns(instance, self.machine.drive, names)
+            unknowns += effect_unknowns(instance, self.machine.drive, names, self.hypothesis.shaped)
             _write_defaults(base, instance)
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
@@ -123,7 +139,7 @@ class Problem:
         )
 
     def _limit(self, base: Array) -> float:
-        own = _step_limit(self.layout, base.tobytes(), self.machine.fidelity, self.machine.drive)
+        own = _step_limit(self.layout, base.tobytes(), self.machine.stage, self.machine.drive)
         needed = _needed(self.layout, self.machine, base, self.hypothesis)
         return max(min(self.coarse * own, needed), own / SHORTEST)
 
@@ -190,7 +206,7 @@ class Problem:
             self.layout,
             r.excitation,
             self.vectors(u, run),
-            fidelity=self.machine.fidelity,
+            fidelity=self.machine.stage,
             dc=self.machine.drive == "dc",
             deflection=self.deflections(u, run),
             channels=outputs or r.outputs,
@@ -208,6 +224,9 @@ class Problem:
         parts = []
         for e, samples, noise in zip(errors, self.runs[run].samples, self.noise[run], strict=True):
             white = noise.whiten(e, samples.breaks)
+            if samples.channel in self.runs[run].zeroed:
+                parts.append(white)
+                continue
             one = noise.whiten(np.ones((1, e.shape[1])), samples.breaks)[0]
             one /= np.linalg.norm(one)
             with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
@@ -264,7 +283,7 @@ class Problem:
             elif unknown.key == SMOOTHING:
                 steps[k] = 0.2  # where sgn begins to be rounded there is no derivative
             elif "." in unknown.key and not unknown.log:
-                steps[k] = 0.01
+                steps[k] = SHARP_STEP if self.hypothesis.shaped else 0.01
             if u[k] + steps[k] > unknown.limits()[1]:
                 steps[k] = -steps[k]
         return steps

@@ -45,8 +45,15 @@ def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...])
     """Replay a machine as it is; only the nuisances are free."""
     problem = Problem(layout, machine, (run,), (noise,), pinned=True)
     fit = minimise(problem, start(problem), 6)
-    errors = [e[0] - e[0].mean() for e in problem.errors(fit.u[None], 0)]
+    found = [e[0] for e in problem.errors(fit.u[None], 0)]
+    errors = [e - o for e, o in zip(found, _offsets(run, found), strict=True)]
     return Replay(run, tuple(errors), fit)
+
+
+def _offsets(run: Run, errors: list[Array]) -> list[float]:
+    """The constant offset of each channel, 0 of a zeroed one."""
+    pairs = zip(run.samples, errors, strict=True)
+    return [0.0 if s.channel in run.zeroed else float(e.mean()) for s, e in pairs]
 
 
 def follow_up(
@@ -58,7 +65,7 @@ def follow_up(
     """
     first = replay(layout, machine, before, noise).fit
     problem = replace(first.problem, runs=(run,))
-    offsets = [float(e.mean()) for e in first.problem.errors(first.u[None], 0)]
+    offsets = _offsets(before, [e[0] for e in first.problem.errors(first.u[None], 0)])
     errors = [e[0] - o for e, o in zip(problem.errors(first.u[None], 0), offsets, strict=True)]
     parts = [
         n.whiten(e[None], s.breaks)[0] for e, s, n in zip(errors, run.samples, noise, strict=True)

@@ -77,6 +77,12 @@ class Run:
         """Whether the samples' clock has an unknown offset against that of the inputs."""
         return self.recording.metadata.get("clock") == "free"
 
+    @property
+    def zeroed(self) -> tuple[str, ...]:
+        """Channels whose zero is that of the inputs, as of a loop's own sensor: no offset."""
+        told = self.recording.metadata.get("zero", "")
+        return tuple(name.strip() for name in told.split(",") if name.strip())
+
     def with_samples(self, samples: tuple[Samples, ...]) -> Run:
         """The same run judged on other samples."""
         return replace(self, samples=samples)

@@ -97,7 +97,8 @@ def leftover(fit: Fit) -> Leftover:
     for r, (table, run) in enumerate(runs):
         values = np.array(list(table.values()))
         for samples, noise in zip(run.samples, fit.problem.noise[r], strict=True):
-            white = _without_offset(noise, values[:, samples.index], samples.breaks)
+            zeroed = samples.channel in run.zeroed
+            white = _whitened(noise, values[:, samples.index], samples.breaks, zeroed)
             here = slice(at, at := at + white.shape[1])
             rows = slice(first := channels.index(samples.channel) * len(table), first + len(table))
             normal[rows, rows] += white @ white.T
@@ -109,9 +110,11 @@ def leftover(fit: Fit) -> Leftover:
     return _judged(normal, pull, size, names)
 
 
-def _without_offset(noise: object, values: Array, breaks: np.ndarray) -> Array:
-    """Whitened functions (n, m), a constant offset of the channel projected out."""
+def _whitened(noise: object, values: Array, breaks: np.ndarray, zeroed: bool) -> Array:
+    """Whitened functions (n, m), a constant offset of the channel projected out unless zeroed."""
     white = noise.whiten(values, breaks)  # type: ignore[attr-defined]
+    if zeroed:
+        return np.asarray(white)
     one = noise.whiten(np.ones((1, values.shape[1])), breaks)[0]  # type: ignore[attr-defined]
     one /= np.linalg.norm(one)
     return np.asarray(white - (white @ one)[:, None] * one)

@@ -33,7 +33,7 @@ class Spread:
 
     def starts(self, instance: Instance, parameter: Parameter) -> tuple[float, ...]:
         """Values of a parameter to begin from."""
-        if self.drive not in parameter.drives:
+        if self.drive not in parameter.drives or parameter.shape:
             return parameter.starts[:1]  # it is not fitted
         if not parameter.over:
             return parameter.starts

@@ -20,7 +20,7 @@ from corexy_fmi.kernel.layout import (
     Layout,
 )
 from corexy_fmi.machine import Machine
-from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.parameters import PLACES
 
 STIFFNESS = (
     "belt_axial_stiffness"  # lags are sums of friction over stiffness: it alone is logarithmic
@@ -87,6 +87,7 @@ class Hypothesis:
 
     uses: tuple[Instance, ...] = ()
     law: LawShape | None = None
+    shaped: bool = False  # parameters of an effect's shape are fitted too
 
     @property
     def key(self) -> tuple[tuple[str, str], ...]:
@@ -112,15 +113,15 @@ def nominal_unknowns(machine: Machine, frees_rotor: bool) -> list[Unknown]:
             idle.add("motor_inertia")
     result = []
     idle.add(SMOOTHING)
-    for index, p in enumerate(NOMINAL):
+    for p in machine.kind.parameters:
         std, value = machine.rel_std[p.name], machine.parameters[p.name]
         if std <= 0 or p.name in idle or value <= 0:
             continue
         low, high = max(p.lower, value / REACH), min(p.upper, value * REACH)
         log = p.name == STIFFNESS
         scale = 1.0 if log else value
-        result.append(Unknown(p.name, index, value, scale, log, (low, high), std))
-    index = [p.name for p in NOMINAL].index(SMOOTHING)
+        result.append(Unknown(p.name, p.place, value, scale, log, (low, high), std))
+    index = PLACES[SMOOTHING]
     centre, typical = machine.parameters[SMOOTHING], SMOOTH_SPEED
     result.append(Unknown(SMOOTHING, index, centre, typical, False, (0.0, 20 * typical), 2.0))
     return result
@@ -141,14 +142,16 @@ def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> U
     return Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave)
 
 
-def effect_unknowns(instance: Instance, drive: str, runs: Sequence[str]) -> list[Unknown]:
+def effect_unknowns(
+    instance: Instance, drive: str, runs: Sequence[str], shaped: bool = False
+) -> list[Unknown]:
     """The parameters that one effect at one location has with a drive.
 
     What belongs to one recording is there once for each of ``runs``, as ``key@run``.
     """
     found = []
     for k, p in enumerate(instance.effect.parameters):
-        if drive in p.drives and not p.initial:
+        if drive in p.drives and not p.initial and (shaped or not p.shape):
             one = _effect_unknown(instance, k, p)
             each = [replace(one, key=f"{one.key}@{name}", run=r) for r, name in enumerate(runs)]
             found += each if p.local else [one]
@@ -157,7 +160,7 @@ def effect_unknowns(instance: Instance, drive: str, runs: Sequence[str]) -> list
 
 def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
     """The values of a free-form law at its knots, with a wide prior that keeps them finite."""
-    first = _law_offset(layout, law) + 2 + KNOTS
+    first = law_offset(layout, law) + 2 + KNOTS
     limit = (-1e4 * law.scale, 1e4 * law.scale)
     return [
         Unknown(
@@ -167,13 +170,14 @@ def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
     ]
 
 
-def _law_offset(layout: Layout, law: LawShape) -> int:
+def law_offset(layout: Layout, law: LawShape) -> int:
+    """Where a law begins in the kernel's vector."""
     return layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
 
 
 def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
     """Write a law's argument and knots into a parameter vector, its values at zero."""
-    first = _law_offset(layout, law)
+    first = law_offset(layout, law)
     vector[first : first + 2] = FREE_FORM_ARGUMENTS.index(law.argument), len(law.knots)
     vector[first + 2 : first + 2 + len(law.knots)] = law.knots
 

@@ -13,8 +13,9 @@ import numpy as np
 
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import Machine
-from corexy_fmi.recording import Recording, inputs
+from corexy_fmi.recording import Recording
 from corexy_fmi.simulate import excitation, simulate
+from corexy_fmi.topology import STAGES
 
 TRAVEL = 1e-4  # [m] rms motion below which nothing is judged
 SURE = 0.15  # standard error of an entry of M up to which a second direction counts
@@ -68,11 +69,12 @@ class Map:
 
 def predicted(recording: Recording, machine: Machine) -> Recording | None:
     """The machine's own response; by eq. (1) from encoders where voltages drive an open loop."""
-    if excitation(machine, recording).mode == "voltages":
+    drive = excitation(machine, recording)
+    if drive.mode == "voltages":
         return _by_encoders(recording, machine)
     response = simulate(machine, recording)
     sound = all(np.isfinite(response[n]).all() for n in ("x", "y", "vx", "vy"))
-    return response if sound else _by_angles(recording, machine, *inputs(recording).values())
+    return response if sound else _by_angles(recording, machine, drive.input1, drive.input2)
 
 
 def _by_encoders(recording: Recording, machine: Machine) -> Recording | None:
@@ -87,9 +89,9 @@ def _by_encoders(recording: Recording, machine: Machine) -> Recording | None:
     return _by_angles(recording, machine, *filled)
 
 
-def _by_angles(recording: Recording, machine: Machine, a: Array, b: Array, *_: Array) -> Recording:
-    half = machine.parameters["pulley_radius"] / 2
-    channels = {"x": half * (a + b), "y": half * (a - b), "phi1_meas": a, "phi2_meas": b}
+def _by_angles(recording: Recording, machine: Machine, a: Array, b: Array) -> Recording:
+    x, y = STAGES[machine.stage].path(machine.parameters["pulley_radius"], a, b)
+    channels = {"x": x, "y": y, "phi1_meas": a, "phi2_meas": b}
     channels |= {f"v{n}": np.gradient(channels[n], recording.time) for n in ("x", "y")}
     return Recording(recording.name, recording.time, channels)
 

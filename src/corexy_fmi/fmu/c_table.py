@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from corexy_fmi.fmu.variables import Variable
 from corexy_fmi.kernel.generate import BANNER
 from corexy_fmi.kernel.layout import Instance, Layout
+from corexy_fmi.topologies import knows
 from corexy_fmi.topology import STAGES
 
 TYPES = {"Real": "REAL", "Integer": "INTEGER"}
@@ -60,7 +61,9 @@ def _claims(parameters: Sequence[Variable], instance: Instance) -> list[str]:
     """A row for each size; an idler's effect needs the fidelity that has idlers."""
     effect = instance.effect
     idler = instance.location.startswith("pulley")
-    known = [f for f in effect.fidelities if f == "full" or not idler]
+    known = [
+        f for f in STAGES if knows(f, effect, instance.location) and (f == "full" or not idler)
+    ]
     drives = sum(1 << i for i, drive in enumerate(DRIVES) if drive in effect.drives)
     fidelities = sum(1 << i for i, fidelity in enumerate(STAGES) if fidelity in known)
     rows = []

@@ -21,7 +21,7 @@ def machine_text(table: Sequence[Variable], machine: Machine, guid: str) -> byte
     """
     parameters = [v for v in table if v.role == "parameter"]
     lines = ["corexy-machine 1", f"interface {guid}", f"name {_one_line(machine.name)}"]
-    for choice, value in (("Drive", machine.drive), ("Fidelity", machine.fidelity)):
+    for choice, value in (("Drive", machine.drive), ("Fidelity", machine.stage)):
         lines.append(f"{choice.lower()} {list(ENUMERATIONS[choice]).index(value) + 1} {value}")
     lines.append(f"count {len(parameters)}")
     lines += [_parameter_line(variable, machine.name) for variable in parameters]

@@ -125,15 +125,19 @@ class _Volts:
         self._setter = session.setter(VOLTAGES)
         self._inputs = np.column_stack([drive.input1, drive.input2]).tolist()
         self._slopes = _slopes(drive).tolist()
-        self._gains = (drive.kp, drive.kd) if drive.mode == "closed_loop" else None
+        self._gains = (
+            (drive.kp, drive.kd, drive.rate_weight) if drive.mode == "closed_loop" else None
+        )
 
     def apply(self, row: int, state: object) -> None:
         values = self._inputs[row]
         if self._gains is not None:
-            kp, kd = self._gains
+            kp, kd, weight = self._gains
             phi, omega = state[6:8], state[8:10]  # type: ignore[index]
             slope = self._slopes[row]
-            values = [kp * (values[i] - phi[i]) + kd * (slope[i] - omega[i]) for i in (0, 1)]
+            values = [
+                kp * (values[i] - phi[i]) + kd * (weight * slope[i] - omega[i]) for i in (0, 1)
+            ]
         self._setter.values[:] = values
         self._setter.apply()
         self.volts[:, row] = values

@@ -16,6 +16,10 @@ ENUMERATIONS = {
         "reduced": "4 degrees of freedom: carriage, bridge and both motors",
         "kinematic": "eq. (1): no mass, no friction, no belt",
         "condensed": "as reduced, idlers shared out by their static weights; stepper only",
+        "single_axis": "no Core-XY: one axis that motor 1 drives directly; dc only",
+        "two_mass": "no Core-XY: cart x driven directly by motor 1, cart y on a spring; dc only",
+        "cartesian": "no Core-XY: motor 1 and a belt for x, motor 2 and another for y",
+        "h_frame": "no Core-XY: one belt around both motors",
     },
     "InputInterpolation": {
         "hold": "stands still during a step and jumps where it is set again",

@@ -29,9 +29,11 @@ from corexy_fmi.kernel.layout import (
     Layout,
 )
 from corexy_fmi.machine import Machine
-from corexy_fmi.machine.check import DRIVES, FIDELITIES
+from corexy_fmi.machine.check import DRIVES
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.simulate import machine_vector, neutral_vector
+from corexy_fmi.topologies import TOPOLOGIES, bounds
+from corexy_fmi.topology import STAGES
 
 __all__ = [
     "AT_REST",
@@ -58,7 +60,7 @@ def variable_table(layout: Layout) -> tuple[Variable, ...]:
 
 def machine_table(machine: Machine, layout: Layout) -> tuple[Variable, ...]:
     """The table with the start values of a machine."""
-    choices = DRIVES.index(machine.drive), FIDELITIES.index(machine.fidelity), HOLD
+    choices = DRIVES.index(machine.drive), list(STAGES).index(machine.stage), HOLD
     vector = machine_vector(machine, layout).tolist()
     return _with_start(variable_table(layout), vector, choices)
 
@@ -87,9 +89,12 @@ def _with_start(
 
 def _nominal() -> Iterator[Variable]:
     for place, p in enumerate(NOMINAL):
-        meaning = f"{p.symbol}: {p.meaning}"
+        meaning, (lower, upper) = f"{p.symbol}: {p.meaning}", bounds(place)
+        for topology in list(TOPOLOGIES.values())[1:]:
+            other = [o for o in topology.parameters if o.place == place and o.slot]
+            meaning += "".join(f"; {topology.name}: {o.name} [{o.unit}]" for o in other)
         yield Variable(
-            p.fmu_name, meaning, "parameter", place, unit=p.unit, lower=p.lower, upper=p.upper
+            p.fmu_name, meaning, "parameter", place, unit=p.unit, lower=lower, upper=upper
         )
 
 

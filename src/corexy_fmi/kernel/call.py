@@ -31,7 +31,7 @@ class _Batch(ctypes.Structure):
     _fields_ = (
         *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive")),
         *((n, ctypes.c_void_p) for n in ("time", "input1", "input2")),
-        *((n, ctypes.c_double) for n in ("kp", "kd", "limit", "angle1", "angle2")),
+        *((n, ctypes.c_double) for n in ("kp", "kd", "rate_weight", "limit", "angle1", "angle2")),
         *((n, ctypes.c_void_p) for n in ("parameter", "deflection", "channel")),
         ("channels", ctypes.c_int),
         ("out", ctypes.c_void_p),
@@ -44,8 +44,9 @@ class Excitation:
     """What drives a run: times [s] (n,), two inputs (n,), and what they are.
 
     ``mode``: "angles" [rad], linear between rows; "voltages" [V], held; "closed_loop": references
-    [rad] of a PD law on the rotor angles, V_n = kp (ref_n - phi_n) + kd (slope_n - omega_n), held
-    from row n to the next; slope_n is the reference's on the interval that starts at row n.
+    [rad] of a PD law on the rotor angles, V_n = kp (ref_n - phi_n) + kd (w slope_n - omega_n), held
+    from row n to the next; slope_n is the reference's on the interval that starts at row n, w the
+    ``rate_weight``.
     """
 
     time: Array
@@ -55,6 +56,7 @@ class Excitation:
     kp: float = 0.0
     kd: float = 0.0
     first_angles: tuple[float, float] | None = None
+    rate_weight: float = 1.0
 
     def start(self) -> tuple[float, float]:
         """Motor angles [rad] at which the run rests at first."""
@@ -107,7 +109,7 @@ class _Run:
         call.time, call.input1, call.input2, call.parameter, call.deflection = (
             a.ctypes.data for a in keep
         )
-        call.kp, call.kd, call.limit = e.kp, e.kd, self.limit
+        call.kp, call.kd, call.rate_weight, call.limit = e.kp, e.kd, e.rate_weight, self.limit
         call.angle1, call.angle2 = e.start()
         call.channel, call.channels, call.out = wanted.ctypes.data, len(wanted), out.ctypes.data
         if _interruptible(library.batch_run, call, len(e.time)):

@@ -9,6 +9,7 @@ from corexy_fmi.kernel.ports import HOST, PORTS
 from corexy_fmi.kernel.topology_code import topology_code
 from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
 from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.topologies import knows
 from corexy_fmi.topology import STAGES
 
 # measured (benchmarks/accuracy.py): keeps rectangle runs within 2 um of an exact solution
@@ -82,7 +83,7 @@ def _instance_row(instance: Instance) -> str:
         int(effect.frees_rotor),
         int(effect.history > 0),
         _drives(effect.drives),
-        sum(1 << i for i, fidelity in enumerate(STAGES) if fidelity in effect.fidelities),
+        sum(1 << i for i, stage in enumerate(STAGES) if knows(stage, effect, instance.location)),
     )
     row = ", ".join(map(str, values))
     return f"    {{{row}}}, /* {effect.name} {instance.location} */\n"

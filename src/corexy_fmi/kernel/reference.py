@@ -40,7 +40,8 @@ class ReferenceStage(ReferenceState):
         self.ramp = (np.array(angles), np.zeros(2))
         self._command(time)
         a["q"][2:4] = a["command"]
-        a["q"][:2] = EQUATION_1 @ (self.radius * np.array(angles)) + deflection
+        a["q"][:2] = np.array(self.stage.rest) @ (self.radius * np.array(angles)) + deflection
+        self._turn_along()
         if len(a["q"]) > 4:
             rows = self.stage.rows(self.radius)
             k = rows.T @ (a["stiffness0"][:, None] * rows)
@@ -48,7 +49,7 @@ class ReferenceStage(ReferenceState):
         self._travel()
         self.run_port("start")
         self.run_port("start_axis")
-        if not self.stage.sections:
+        if not self.stage.dynamic:
             self._place_kinematic()
         self._elongation()
         self.run_port("start_section")
@@ -66,6 +67,12 @@ class ReferenceStage(ReferenceState):
         a = self.a
         a["q"][2:4] = np.where(self.released, a["q"][2:4], a["command"])
         a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
+
+    def _turn_along(self) -> None:
+        """Motors that are fixed to their axis."""
+        for i in self.direct:
+            for state in ("q", "v", "before"):
+                self.a[state][2 + i] = self.a[state][i] / self.radius
 
     def _travel(self) -> None:
         a = self.a
@@ -85,7 +92,7 @@ class ReferenceStage(ReferenceState):
     def _stiffness(self) -> None:
         a, sections = self.a, len(self.stage.sections)
         a["stiffness"], a["slope"] = a["stiffness0"].copy(), np.zeros(sections)
-        a["belt_time"] = np.full(sections, self.nominal["belt_damping_time"])
+        a["belt_time"] = np.full(sections, a["damping_time"][0])
         a["length"] = a["length0"] + self.slopes @ a["q"][:2]
         self.run_port("belt")
 
@@ -165,6 +172,8 @@ class ReferenceStage(ReferenceState):
         self._tension()
         self._torque()
         self._free_forms()
+        for i in self.direct:
+            self.a["force"][i] += self.a["force"][2 + i] / self.radius
         return self.a["force"]
 
     def _move(self) -> None:
@@ -174,6 +183,7 @@ class ReferenceStage(ReferenceState):
         self.find_forces()
         self._kick()
         self.a["q"] += 0.5 * self.step * self.a["v"]
+        self._turn_along()
 
     def _follow(self, end: float) -> None:
         self._command(end)
@@ -191,9 +201,9 @@ class ReferenceStage(ReferenceState):
         a["q"][:2] = EQUATION_1 @ (a["travel"][:2] + a["offset"])
 
     def _micro_step(self, end: float) -> None:
-        self.now = 0.5 * (self.time + end) if self.stage.sections else end
+        self.now = 0.5 * (self.time + end) if self.stage.dynamic else end
         self.elapsed = self.now - self.begun
-        if self.stage.sections:
+        if self.stage.dynamic:
             self._move()
         else:
             self._follow(end)
@@ -260,7 +270,8 @@ def _drive(stage: ReferenceStage, e: Excitation, row: int) -> None:
         stage.a["voltage"] = given.copy()
     else:
         error = given - stage.a["q"][2:4]
-        stage.a["voltage"] = e.kp * error + e.kd * (slope - stage.a["v"][2:4])
+        rate = e.rate_weight * slope - stage.a["v"][2:4]
+        stage.a["voltage"] = e.kp * error + e.kd * rate
 
 
 def run_reference(

@@ -12,6 +12,7 @@ from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.kernel.ports import COMMON, PORTS
 from corexy_fmi.kernel.trace import argument_names
 from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.topologies import knows
 from corexy_fmi.topology import STAGES, Stage
 
 Array = NDArray[np.float64]
@@ -22,6 +23,7 @@ def _arrays(stage: Stage, nominal: Mapping[str, float], dc: bool) -> dict[str, A
     """State and constants of a stage under the names that the port table uses."""
     n, sections = len(stage.coordinates), len(stage.sections)
     c = stage.constants(nominal, float(dc))
+    held = nominal["belt_damping_time"] if c.damping_time is None else c.damping_time
     pairs = (
         "command",
         "command_rate",
@@ -41,6 +43,7 @@ def _arrays(stage: Stage, nominal: Mapping[str, float], dc: bool) -> dict[str, A
         "stiffness0": np.array(c.stiffness, float),
         "length0": np.array(c.length, float),
         "radius": np.array([nominal["pulley_radius"]]),
+        "damping_time": np.array([float(held)]),
         "belt_sign": np.array([1.0 if s.belt == 1 else -1.0 for s in stage.sections]),
         "side": np.array([float(s.side) for s in stage.sections]),
         "yaw_arm": np.array([float(s.yaw_arm) for s in stage.sections]),
@@ -70,6 +73,8 @@ class ReferenceState:
         """``vector`` holds layout.parameters values."""
         self.layout, self.stage, self.dc, self.vector = layout, STAGES[fidelity], dc, vector
         self.nominal = {p.name: float(vector[i]) for i, p in enumerate(NOMINAL)}
+        self.nominal |= {n: float(vector[i]) for i, n in enumerate(self.stage.names()) if n}
+        self.direct = [i for i in (0, 1) if self.stage.direct[i]]
         self.radius = self.nominal["pulley_radius"]
         self.a = _arrays(self.stage, self.nominal, dc)
         self.row = self.stage.rows(1.0)
@@ -94,7 +99,8 @@ class ReferenceState:
         effect, drive = instance.effect, "dc" if self.dc else "stepper"
         values = self._values(instance)
         on = any(values[p.name] != p.neutral for p in effect.sizes)
-        return on and drive in effect.drives and self.stage.name in effect.fidelities
+        known = knows(self.stage.name, effect, instance.location)
+        return on and drive in effect.drives and known
 
     def run_port(self, port: str) -> None:
         """Every active law of a port, at its places."""

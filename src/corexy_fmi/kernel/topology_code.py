@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from corexy_fmi.kernel.trace import c_statements, symbols
 from corexy_fmi.parameters import NOMINAL
@@ -19,6 +20,8 @@ struct topology {
     void (*advance)(stage *, double, int64_t);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
+    double rest[2][2];
+    int direct[2];
 };
 """
 
@@ -44,11 +47,14 @@ def _of_stage(stage: Stage, name: str, lines: Sequence[str], after: str = "") ->
 
 def _derive(stage: Stage) -> str:
     """Constants from the parameters."""
-    names = [p.name for p in NOMINAL]
-    values = symbols([*names, "dc"])
+    names = stage.names()
+    values: dict[str, Any] = dict(symbols([*filter(None, names), "dc"]))
+    for name, p in zip(names, NOMINAL, strict=True):
+        values[p.name] = values[name] if name else 0  # by its place, as the names below say it
     c = stage.constants(values, values["dc"])
     targets: dict[str, object] = {"s->radius[0][l]": values["pulley_radius"]}
-    targets["s->damping_time[0][l]"] = values["belt_damping_time"]
+    held = values["belt_damping_time"] if c.damping_time is None else c.damping_time
+    targets["s->damping_time[0][l]"] = held
     targets["s->spacing[0][l]"] = values["bridge_pulley_spacing"]
     targets["s->damping_gain[0][l]"] = values["motor_damping_gain"]
     targets["s->back_emf[0][l]"] = values["motor_damping_gain"] / values["motor_torque_gain"]
@@ -60,7 +66,9 @@ def _derive(stage: Stage) -> str:
         targets |= {f"s->{array}[{i}][l]": value for i, value in enumerate(items)}
     lines, results = c_statements(targets)
     used = " ".join([*lines, *results.values()])
-    reads = [f"const double {n} = s->parameter[{i}][l];" for i, n in enumerate(names) if n in used]
+    reads = [
+        f"const double {n} = s->parameter[{i}][l];" for i, n in enumerate(names) if n and n in used
+    ]
     reads += ["const double dc = s->drive == DC ? 1.0 : 0.0;", "(void)dc;"]
     writes = [f"{target} = {value};" for target, value in results.items()]
     return _of_stage(stage, "derive", reads + lines + writes)
@@ -124,7 +132,8 @@ def _find_forces(stage: Stage) -> str:
         lines += [f"q{i} = s->released[{m}][l] > 0 ? q{i} : s->command[{m}][l];"]
         lines += [f"v{i} = s->released[{m}][l] > 0 ? v{i} : s->command_rate[{m}][l];"]
     lines += ["const double r = s->radius[0][l];", "(void)r;"]
-    turning = [i for i in range(2, count) if stage.sections]
+    pulled = {c for section in stage.sections for c in section.row}
+    turning = [i for i in range(2, count) if stage.coordinates[i] in pulled]
     lines += [f"const double u{i} = r * q{i};" for i in turning]
     for n, section in enumerate(stage.sections):
         elongation = _section_sum(stage, section)
@@ -190,6 +199,10 @@ def _row(values: Sequence[float]) -> str:
     return "{" + ", ".join(repr(float(v)) for v in values) + "}"
 
 
+def _row_of_flags(values: Sequence[bool]) -> str:
+    return "{" + ", ".join(str(int(v)) for v in values) + "}"
+
+
 def _table(stage: Stage) -> str:
     """One row of the table that the step runs on."""
     sections = stage.sections or (Section("none", 1, {}),)
@@ -201,6 +214,7 @@ def _table(stage: Stage) -> str:
     body = [f"{counts}, {', '.join(names)}", f"{{{', '.join(weights)}}}"]
     body += [f"{{{', '.join(motors)}}}", sign, _row([s.side for s in sections])]
     body += [_row([s.yaw_arm for s in sections])]
+    body += [f"{{{', '.join(_row(pair) for pair in stage.rest)}}}", _row_of_flags(stage.direct)]
     return "    {" + ",\n     ".join(body) + "},\n"
 
 

@@ -38,6 +38,11 @@ def sqrt(x: Scalar) -> Scalar:
     return sympy.sqrt(x) if _symbolic(x) else np.sqrt(x)
 
 
+def floor(x: Scalar) -> Scalar:
+    """The largest whole number that is not above x."""
+    return sympy.floor(x) if _symbolic(x) else np.floor(x)
+
+
 def absolute(x: Scalar) -> Scalar:
     """Absolute value."""
     return sympy.Abs(x) if _symbolic(x) else np.abs(x)

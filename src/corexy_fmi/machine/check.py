@@ -11,10 +11,10 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.machine.laws import laws_from
 from corexy_fmi.machine.record import Controller, Machine
 from corexy_fmi.machine.values import choice, number, refuse_unknown, table, text
-from corexy_fmi.parameters import BY_NAME, NOMINAL, NominalParameter, defaults, priors
+from corexy_fmi.parameters import NominalParameter
+from corexy_fmi.topologies import COREXY, TOPOLOGIES, Topology
 
 TABLES = ("machine", "controller", "parameters", "effects")
-TOPOLOGIES = ("corexy",)
 DRIVES = ("stepper", "dc")
 FIDELITIES = ("full", "reduced", "kinematic", "condensed")
 STEPPER_ONLY = ("kinematic", "condensed")
@@ -38,20 +38,25 @@ def machine_from(
     refuse_unknown(document, TABLES, where, "table")
     head = table(document.get("machine", {}), f"{where}: machine")
     refuse_unknown(head, HEAD, f"{where}: machine", "key")
-    drive = choice(head.get("drive", "stepper"), DRIVES, f"{where}: machine.drive")
+    kind = TOPOLOGIES[
+        choice(head.get("topology", COREXY), TOPOLOGIES, f"{where}: machine.topology")
+    ]
+    drive = choice(head.get("drive", kind.drives[0]), DRIVES, f"{where}: machine.drive")
     fidelity = choice(head.get("fidelity", "full"), FIDELITIES, f"{where}: machine.fidelity")
+    _check_kind(kind, drive, fidelity, f"{where}: machine")
     if drive == "dc" and fidelity in STEPPER_ONLY:
         raise InputError(
             f"{where}: machine.fidelity: {fidelity!r} knows no dc drive, "
             "expected 'full' or 'reduced'"
         )
     given = table(document.get("parameters", {}), f"{where}: parameters")
-    values, rel_std = _parameters(given, f"{where}: parameters", drive)
+    values, rel_std = _parameters(given, f"{where}: parameters", drive, kind)
     known = {**catalogue(), **(own or {})}
-    effects, free_forms = laws_from(document.get("effects", []), known, where, drive, fidelity)
+    stage = kind.stage(fidelity)
+    effects, free_forms = laws_from(document.get("effects", []), known, where, drive, stage)
     return Machine(
         name=text(head.get("name", name), f"{where}: machine.name"),
-        topology=choice(head.get("topology", "corexy"), TOPOLOGIES, f"{where}: machine.topology"),
+        topology=kind.name,
         drive=drive,
         fidelity=fidelity,
         parameters=values,
@@ -59,28 +64,47 @@ def machine_from(
         controller=_controller(document.get("controller"), f"{where}: controller", drive),
         effects=effects,
         free_forms=free_forms,
-        surrogate=_surrogate(head, f"{where}: machine.surrogate", given, drive),
+        surrogate=_surrogate(head, f"{where}: machine.surrogate", given, drive, kind),
     )
 
 
-def _surrogate(head: Mapping[str, Any], where: str, given: Iterable[str], drive: str) -> str:
+def _check_kind(kind: Topology, drive: str, fidelity: str, where: str) -> None:
+    """Raises InputError where a topology has no such drive or fidelity."""
+    for key, found, known in (
+        ("drive", drive, kind.drives),
+        ("fidelity", fidelity, kind.fidelities),
+    ):
+        if found not in known:
+            listed = " or ".join(repr(name) for name in known)
+            raise InputError(
+                f"{where}.{key}: found {found!r}, expected {listed} for topology {kind.name!r}"
+            )
+
+
+def _surrogate(
+    head: Mapping[str, Any], where: str, given: Iterable[str], drive: str, kind: Topology
+) -> str:
     """The file's own note, else a note of what was filled in from the surrogate."""
     if "surrogate" in head:
         return text(head["surrogate"], where)
     idle = DC_ONLY if drive == "stepper" else ()
-    filled = [p.name for p in NOMINAL if p.default and p.name not in {*given, *idle}]
-    return f"surrogate values of yin2018 for {', '.join(filled)}" if filled else ""
+    held = {*given, *idle} | ({"pulley_radius"} if kind.name != COREXY else set())
+    filled = [p.name for p in kind.parameters if p.default and p.name not in held]
+    source = "surrogate values of yin2018" if kind.name == COREXY else "made-up values"
+    return f"{source} for {', '.join(filled)}" if filled else ""
 
 
 def _parameters(
-    given: Mapping[str, Any], where: str, drive: str
+    given: Mapping[str, Any], where: str, drive: str, kind: Topology
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Value and relative prior of every nominal parameter."""
-    refuse_unknown(given, BY_NAME, where, "parameter")
-    values, rel_std = defaults(drive), priors()
+    known = {p.name: p for p in kind.parameters}
+    refuse_unknown(given, known, where, "parameter")
+    values = {p.name: p.value(drive) for p in kind.parameters}
+    rel_std = {p.name: p.rel_std for p in kind.parameters}
     for name, entry in given.items():
-        values[name], rel_std[name] = _parameter(entry, BY_NAME[name], f"{where}.{name}")
-    if values["clip_spacing"] >= values["bridge_pulley_spacing"]:
+        values[name], rel_std[name] = _parameter(entry, known[name], f"{where}.{name}")
+    if "clip_spacing" in values and values["clip_spacing"] >= values["bridge_pulley_spacing"]:
         raise InputError(
             f"{where}.clip_spacing: found {values['clip_spacing']!r} m, expected less than "
             f"bridge_pulley_spacing = {values['bridge_pulley_spacing']!r} m"
@@ -111,9 +135,11 @@ def _controller(entry: Any, where: str, drive: str) -> Controller | None:
             "expected [controller] only where drive = 'dc'"
         )
     gains = table(entry, where)
-    refuse_unknown(gains, ("kp", "kd"), where, "key")
+    refuse_unknown(gains, ("kp", "kd", "rate_weight"), where, "key")
     for key in ("kp", "kd"):
         if key not in gains:
             raise InputError(f"{where}.{key}: missing, expected a number")
     kp = number(gains["kp"], 0.0, 1e6, "V/rad", f"{where}.kp")
-    return Controller(kp, number(gains["kd"], 0.0, 1e6, "V s/rad", f"{where}.kd"))
+    kd = number(gains["kd"], 0.0, 1e6, "V s/rad", f"{where}.kd")
+    weight = number(gains.get("rate_weight", 1.0), 0.0, 1.0, "1", f"{where}.rate_weight")
+    return Controller(kp, kd, weight)

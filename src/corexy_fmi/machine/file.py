@@ -17,7 +17,6 @@ from corexy_fmi.files import write_beside
 from corexy_fmi.machine.check import machine_from
 from corexy_fmi.machine.record import FREE_FORM, EffectUse, FreeForm, Machine
 from corexy_fmi.nearest import nearest
-from corexy_fmi.parameters import NOMINAL
 
 
 def models_folder() -> Path:
@@ -48,7 +47,10 @@ def machine_to_toml(machine: Machine) -> str:
         head["surrogate"] = machine.surrogate
     document: dict[str, dict[str, Any]] = {"machine": head}
     if machine.controller is not None:
-        document["controller"] = _floats(asdict(machine.controller))
+        gains = asdict(machine.controller)
+        if machine.controller.rate_weight == 1.0:
+            del gains["rate_weight"]
+        document["controller"] = _floats(gains)
     laws = [_effect_text(use) for use in machine.effects]
     laws += [_free_form_text(law) for law in machine.free_forms]
     return "\n".join([tomli_w.dumps(document), _parameters_text(machine), *laws])
@@ -63,7 +65,7 @@ def save_machine(machine: Machine, path: str | Path) -> None:
 def _parameters_text(machine: Machine) -> str:
     """One line for each nominal parameter, with its symbol and unit."""
     lines = ["[parameters]"]
-    for known in NOMINAL:
+    for known in machine.kind.parameters:
         value, prior = machine.parameters[known.name], machine.rel_std[known.name]
         pair = f"{{value = {float(value)!r}, rel_std = {float(prior)!r}}}"
         lines.append(f"{known.name} = {pair}  # {known.symbol} [{known.unit}]")

@@ -11,6 +11,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.machine.record import FREE_FORM, EffectUse, FreeForm
 from corexy_fmi.machine.values import choice, number, refuse_unknown, table
 from corexy_fmi.nearest import nearest
+from corexy_fmi.topologies import TOPOLOGIES, knows
 
 ARGUMENTS = ("vx", "vy", "x", "y", "phi1", "phi2", "t")
 COORDINATES = {"stepper": ("x", "y"), "dc": ("x", "y", "motor1", "motor2")}
@@ -48,7 +49,7 @@ def _effect_use(
     effect = _known(_required(entry, "name", where), known, f"{where}.name")
     where = f"{where} {effect.name}"
     _check_drive_and_fidelity(effect, where, drive, fidelity)
-    places = [place for place in effect.locations if fidelity == "full" or not _idler(place)]
+    places = _places(effect, fidelity)
     location = choice(_required(entry, "location", where), places, f"{where}.location")
     given = table(entry.get("parameters", {}), f"{where}.parameters")
     refuse_unknown(given, [p.name for p in effect.parameters], f"{where}.parameters", "parameter")
@@ -72,11 +73,19 @@ def _check_drive_and_fidelity(effect: Effect, where: str, drive: str, fidelity: 
         raise InputError(
             f"{where}: unknown to drive {drive!r}, expected drive {_either(effect.drives)}"
         )
-    if fidelity not in effect.fidelities:
+    if not _places(effect, fidelity):
+        if fidelity in TOPOLOGIES:
+            raise InputError(f"{where}: unknown to topology {fidelity!r}")
         raise InputError(
             f"{where}: unknown to fidelity {fidelity!r}, "
             f"expected fidelity {_either(effect.fidelities)}"
         )
+
+
+def _places(effect: Effect, stage: str) -> list[str]:
+    """Locations at which a stage knows an effect."""
+    known = [place for place in effect.locations if knows(stage, effect, place)]
+    return [place for place in known if stage == "full" or not _idler(place)]
 
 
 def _either(names: tuple[str, ...]) -> str:
@@ -119,6 +128,8 @@ def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) 
             f"{where}: unknown to fidelity 'kinematic', expected 'full', 'reduced' or 'condensed'"
         )
     coordinates = COORDINATES[drive]
+    if fidelity in TOPOLOGIES:
+        coordinates = TOPOLOGIES[fidelity].forces
     location = choice(_required(entry, "location", where), coordinates, f"{where}.location")
     argument = choice(_required(entry, "argument", where), ARGUMENTS, f"{where}.argument")
     knots = _numbers(_required(entry, "knots", where), LARGEST_KNOT, f"{where}.knots")

@@ -12,7 +12,7 @@ from corexy_fmi.machine import Controller, Machine
 from corexy_fmi.recording.record import ANGLES, INPUTS, VOLTAGES, Recording
 
 NUMBER = r"([0-9.]+(?:[eE][-+]?[0-9]+)?)"
-LOOP = re.compile(rf"pd\s+kp\s*=\s*{NUMBER}\s+kd\s*=\s*{NUMBER}")
+LOOP = re.compile(rf"pd\s+kp\s*=\s*{NUMBER}\s+kd\s*=\s*{NUMBER}(?:\s+rate_weight\s*=\s*{NUMBER})?")
 
 
 def inputs(recording: Recording) -> dict[str, NDArray[np.float64]]:
@@ -54,7 +54,7 @@ def parse_controller(text: str, where: str) -> Controller:
     """
     match = LOOP.fullmatch(text.strip())
     try:
-        gains = [float(number) for number in match.groups()] if match else []
+        gains = [float(number) for number in match.groups() if number] if match else []
     except ValueError:
         gains = []
     if not gains:
@@ -71,16 +71,18 @@ def is_dc(recording: Recording) -> bool:
 
 def check_drive(recording: Recording, machine: Machine) -> None:
     """Raises InputError where the recording lacks the inputs that the machine's drive replays."""
-    angles = all(name in recording for name in ANGLES)
+    motors = machine.kind.motors
+    angles = all(name in recording for name in ANGLES[:motors])
     if machine.drive == "stepper" and not angles:
         raise InputError(
             f"{recording.name}: no columns phi1, phi2, expected them for machine "
             f"{machine.name!r} (drive stepper); a recording of voltages needs drive = 'dc'"
         )
     loop = machine.controller is not None or "controller" in recording.metadata
-    voltages = all(name in recording for name in VOLTAGES)
+    voltages = all(name in recording for name in VOLTAGES[:motors])
     if machine.drive == "dc" and not voltages and not (angles and loop):
+        volts, references = (", ".join(names[:motors]) for names in (VOLTAGES, ANGLES))
         raise InputError(
-            f"{recording.name}: no columns V1, V2, expected them for machine {machine.name!r} "
-            "(drive dc), or references phi1, phi2 with a controller"
+            f"{recording.name}: no columns {volts}, expected them for machine {machine.name!r} "
+            f"(drive dc), or references {references} with a controller"
         )

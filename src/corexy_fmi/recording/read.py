@@ -113,9 +113,19 @@ def _check_metadata(recording: Recording, path: Path) -> None:
         parse_controller(recording.metadata["controller"], str(path))
 
 
+def _motors(recording: Recording, path: Path) -> str:
+    """How many motors the metadata name."""
+    motors = recording.metadata.get("motors", "2")
+    if motors not in ("1", "2"):
+        raise InputError(f"{path}, metadata motors: found {motors!r}, expected 1 or 2")
+    return motors
+
+
 def _check_inputs(recording: Recording, path: Path, line: int, needs_inputs: bool) -> None:
     """Both inputs of a pair are there, and sampled in the first row."""
-    if needs_inputs and not _pair(recording, ANGLES) and not _pair(recording, VOLTAGES):
+    motors = int(_motors(recording, path))
+    pairs = ANGLES[:motors], VOLTAGES[:motors]
+    if needs_inputs and not any(_pair(recording, pair) for pair in pairs):
         raise InputError(f"{path}, line {line - 1}: {_missing(list(recording.channels))}")
     for name in INPUTS:
         if name in recording and np.isnan(recording[name][0]):

@@ -12,6 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from corexy_fmi.parameters import NOMINAL
+from corexy_fmi.topologies import TOPOLOGIES
+
 X, Y, FIRST_PULLEY = 0, 1, 2  # places in q: x, y, then phi_1 ..
 
 
@@ -41,7 +44,8 @@ class Constants:
     """Values that follow from the machine's parameters; each a scalar, array or SymPy expression.
 
     mass [kg or kg m^2], viscous [N s/m or N m s/rad] and coulomb [N or N m] for each coordinate;
-    stiffness [N/m] and length [m] at the centre for each section.
+    stiffness [N/m] and length [m] at the centre for each section; damping_time [s] of all sections
+    where it is not the parameter ``belt_damping_time``.
     """
 
     mass: tuple[Any, ...]
@@ -49,6 +53,7 @@ class Constants:
     coulomb: tuple[Any, ...]
     stiffness: tuple[Any, ...]
     length: tuple[Any, ...]
+    damping_time: Any = None
 
 
 @dataclass(frozen=True)
@@ -56,13 +61,32 @@ class Stage:
     """A topology: names of the coordinates, the sections, and the constants' equations.
 
     ``constants(parameters, dc)`` takes the nominal parameters by name and ``dc`` (1 with a dc
-    drive, else 0).
+    drive, else 0).  ``rest`` is x and y over the two motors' travel where nothing pulls, eq. (1);
+    ``direct`` says which motors are rigidly fixed to their axis (1 to x, 2 to y).
     """
 
     name: str
     coordinates: tuple[str, ...]
     sections: tuple[Section, ...]
     constants: Callable[[Mapping[str, Any], Any], Constants]
+    topology: str = "corexy"
+    rest: tuple[tuple[float, float], tuple[float, float]] = ((0.5, 0.5), (0.5, -0.5))
+    direct: tuple[bool, bool] = (False, False)
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether it has masses at all."""
+        return bool(self.sections) or any(self.direct)
+
+    def names(self) -> list[str]:
+        """Name of each place of the kernel's vector; empty where the topology has no parameter."""
+        held = {p.place: p.name for p in TOPOLOGIES[self.topology].parameters}
+        return [held.get(place, "") for place in range(len(NOMINAL))]
+
+    def path(self, radius: float, phi1: Any, phi2: Any) -> tuple[Any, Any]:
+        """x, y [m] at which motor angles [rad] hold the stage, eq. (1)."""
+        (a, b), (c, d) = self.rest
+        return radius * (a * phi1 + b * phi2), radius * (c * phi1 + d * phi2)
 
     def rows(self, radius: float) -> np.ndarray:
         """Elongation [m] of each section for a unit of each coordinate, (sections, coordinates)."""

@@ -1,0 +1,113 @@
+"""A recording out of any table: MATLAB .mat or CSV, by a map of its columns with their units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.nearest import nearest
+from corexy_fmi.recording.record import UNITS, Recording
+from corexy_fmi.recording.table import read_table
+
+Array = NDArray[np.float64]
+GRAVITY = 9.80665
+FACTORS = {
+    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6),
+    "m": ("m", 1.0), "mm": ("m", 1e-3), "um": ("m", 1e-6),
+    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3),
+    "m/s^2": ("m/s^2", 1.0), "mm/s^2": ("m/s^2", 1e-3), "g": ("m/s^2", GRAVITY),
+    "rad": ("rad", 1.0), "deg": ("rad", np.pi / 180), "rev": ("rad", 2 * np.pi),
+    "steps": ("rad", 2 * np.pi / 200),
+    "V": ("V", 1.0), "mV": ("V", 1e-3), "A": ("A", 1.0), "mA": ("A", 1e-3),
+}  # fmt: skip
+ENTRY = re.compile(r"\s*(?P<ours>\w+)\s*=\s*(?P<theirs>[^\[\]]+?)\s*(?:\[(?P<unit>[^\]]+)\])?\s*")
+
+
+def import_columns(
+    path: Path, entries: Sequence[str], metadata: Mapping[str, str], radius: float
+) -> Recording:
+    """The recording of a table's columns.
+
+    Each entry is ``ours=theirs`` or ``ours=theirs[unit]``; ``time`` must be among ours.  A length
+    as an angle is travel over ``radius`` [m], with steps 200 to a turn.
+    Raises InputError for an entry, column or unit that is unknown, and for columns that differ in
+    length.
+    """
+    table = _mat(path) if path.suffix.lower() == ".mat" else _csv(path)
+    channels = dict(_mapped(entry, table, path, radius) for entry in entries)
+    lengths = {name: len(values) for name, values in channels.items()}
+    if "time" not in channels:
+        raise InputError(f"{path}: no column mapped to time, expected one such as time=t[s]")
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name} {count}" for name, count in lengths.items())
+        raise InputError(f"{path}: columns of different lengths ({told}), expected one length")
+    time = channels.pop("time")
+    if len(time) < 2 or not np.all(np.diff(time) > 0):
+        raise InputError(f"{path}: column time: not strictly increasing, expected it to be")
+    return Recording(path.name, time, channels, dict(metadata))
+
+
+def _mapped(entry: str, table: Mapping[str, Array], path: Path, radius: float) -> tuple[str, Array]:
+    """One channel in SI units."""
+    found = ENTRY.fullmatch(entry)
+    if found is None:
+        raise InputError(f"map: found {entry!r}, expected OURS=THEIRS or OURS=THEIRS[unit]")
+    ours, theirs, unit = found["ours"], found["theirs"], found["unit"]
+    if ours not in UNITS:
+        raise InputError(f"map: unknown channel {ours!r}, expected {_either(UNITS, ours)}")
+    if theirs not in table:
+        raise InputError(f"{path}: no column {theirs!r}, expected {_either(table, theirs)}")
+    return ours, table[theirs] * _factor(UNITS[ours], unit or UNITS[ours], entry, radius)
+
+
+def _either(known: Mapping[str, object], name: str) -> str:
+    return f"one of {', '.join(known)}{nearest(name, tuple(known))}"
+
+
+def _factor(wanted: str, unit: str, entry: str, radius: float) -> float:
+    """What to multiply by; raises InputError where the unit does not fit."""
+    base, factor = FACTORS.get(unit, ("", 0.0))
+    if (base, wanted) == ("m", "rad"):
+        return factor / radius
+    if base != wanted:
+        fits = [n for n, (b, _) in FACTORS.items() if b in (wanted, "m" if wanted == "rad" else "")]
+        raise InputError(f"map: {entry!r}: unit {unit!r}, expected one of {', '.join(fits)}")
+    return factor
+
+
+def _csv(path: Path) -> dict[str, Array]:
+    """Columns of a CSV file with a header; lines that start with # are skipped before it."""
+    try:
+        with path.open("rb") as file:
+            line = 1
+            while (raw := file.readline()).startswith(b"#"):
+                line += 1
+            names = [n.strip().strip(chr(34)) for n in raw.decode("utf-8-sig").strip().split(",")]
+            table = read_table(file, path, names, line + 1)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}, expected a CSV file") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not UTF-8 text, expected a CSV file") from error
+    return dict(zip(names, table.T, strict=True))
+
+
+def _mat(path: Path) -> dict[str, Array]:
+    """Numeric vectors of a MATLAB file (to version 7)."""
+    from scipy.io import loadmat
+
+    try:
+        found = loadmat(path)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}, expected a MATLAB file") from error
+    except (ValueError, NotImplementedError, TypeError) as error:
+        raise InputError(f"{path}: {error}, expected a MATLAB file up to version 7") from error
+    return {
+        name: np.asarray(value, float).ravel()
+        for name, value in found.items()
+        if not name.startswith("__") and np.issubdtype(getattr(value, "dtype", "O"), np.number)
+    }
