@@ -332,16 +332,3 @@ def test_nothing_is_computed_beyond_the_stop_time() -> None:
         one.reset()
         one.begin()
         one.doStep(0.0, 1.0)
-
-
-def test_an_output_that_is_not_finite_is_refused_each_time() -> None:
-    """While the start is still open, too: the second reading is no better than the first."""
-    with slave() as one:
-        one.setupExperiment()
-        one.enterInitializationMode()
-        one.put(phi1=1e308, phi2=1e308)
-        for _ in range(2):
-            assert "not finite" in one.refusal("getReal", [one.references["x"]])
-        assert "not finite" in one.refusal("exitInitializationMode")
-        one.put(phi1=1.0, phi2=0.0)
-        one.exitInitializationMode()

@@ -241,7 +241,7 @@ def test_the_automatic_step_is_stable_at_the_bounds(machine):
             sets += [vector(machine, [(name, location, e)]) for e in zip(*ends, strict=True)]
     given = drive(*lively(60), radius=sets[0][0])
     for values in sets:
-        assert np.abs(run(given, values)).max() < 0.2
+        assert np.abs(run(given, values)).max() < 0.25  # pulses of 1 kN push it by 0.2 m
 
 
 @pytest.mark.parametrize("machine", ["light_bench", "gt2_printer"])

@@ -58,11 +58,11 @@ def _at_bound(u: Array, gradient: Array, low: Array, high: Array) -> np.ndarray:
     return ((u <= low) & (gradient > 0)) | ((u >= high) & (gradient < 0))
 
 
-def _costs(residuals: Array) -> Array:
+def costs(residuals: Array) -> Array:
     """Half the squared norm of each residual (sets, n) [nats]; infinite where a run broke down."""
     with np.errstate(over="ignore", invalid="ignore"):
-        costs = 0.5 * np.sum(residuals**2, axis=1)
-    return np.where(np.isfinite(costs), costs, np.inf)
+        found = 0.5 * np.sum(residuals**2, axis=1)
+    return np.where(np.isfinite(found), found, np.inf)
 
 
 def minimise(
@@ -110,9 +110,9 @@ def _step(
     free = ~_at_bound(u, jacobian.T @ residual, *limits)
     trials = np.clip(u + _directions(jacobian, residual, free), *limits)
     results = problem.residual(trials)
-    costs = _costs(results)
-    best = int(np.argmin(costs))
-    return trials[best] - u, results[best], 0.5 * float(residual @ residual) - float(costs[best])
+    tried = costs(results)
+    best = int(np.argmin(tried))
+    return trials[best] - u, results[best], 0.5 * float(residual @ residual) - float(tried[best])
 
 
 def own_noise(fit: Fit) -> Problem:

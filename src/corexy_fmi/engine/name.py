@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from corexy_fmi.engine.candidates import finer, hypotheses
-from corexy_fmi.engine.fit import Fit, minimise, settle, white_noise
+from corexy_fmi.engine.fit import Fit, costs, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.screen import Lead, screen
@@ -214,7 +214,7 @@ def _bleached(base: Fit) -> list[Fit]:
 
 def _stiffer(base: Fit) -> list[Fit]:
     """The base with its belts stiffened, which a search from there holds; nothing where the
-    machine file says how stiff they are.
+    machine file says how stiff they are, or where they are too stiff for the micro-step.
     """
     keys = base.problem.keys
     if STIFFNESS not in keys:
@@ -223,7 +223,7 @@ def _stiffer(base: Fit) -> list[Fit]:
     u[k] = min(u[k] + STIFFER, base.problem.limits()[1][k])
     residual, slopes = base.problem.linearised(u)
     slopes[:, k] = 0.0
-    cost = 0.5 * float(residual @ residual) + base.problem.log_scale()
+    cost = float(costs(residual[None])[0]) + base.problem.log_scale()
     return [Fit(base.problem, u, cost, residual, slopes)] if np.isfinite(cost) else []
 
 

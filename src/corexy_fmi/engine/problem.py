@@ -35,6 +35,7 @@ from corexy_fmi.topology import STAGES
 
 STEP = 1e-3  # finite difference on the internal scale
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
+BROKEN = 1e60  # derivative from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 DEFLECTIONS = ("deflection along x", "deflection along y")
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
@@ -242,7 +243,7 @@ class Problem:
         """Residual (samples + size,) at u (size,) and its derivative (samples + size, size).
 
         One-sided differences, run as lanes beside u itself.  Where ``borrowed`` is given, only its
-        columns that are NaN are computed.
+        columns that are NaN are computed.  A column whose run broke down is zero.
         """
         samples = sum(run.count for run in self.runs)
         wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
@@ -260,6 +261,8 @@ class Problem:
             residual[here] = white[0]
             with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
                 slopes[here, columns] = ((white[1:] - white[0]) / steps[columns, None]).T
+        broken = ~(np.abs(slopes[:samples]).max(axis=0, initial=0.0) < BROKEN)
+        slopes[:samples, broken] = 0.0
         return residual, slopes
 
     def _columns(self, run: int, wanted: np.ndarray) -> np.ndarray:

@@ -244,7 +244,7 @@ def _advance_step(stage: Stage, free: Sequence[int]) -> list[str]:
         angle = f"s->input[{m}] + s->input_rate[{m}] * (now - s->input_time)"
         lines += [f"const wide q{i} = spread({angle});"]
     lines += [f"q{i} = q{i} + half * v{i};" for i in free]
-    lines += [f"const wide u{i} = r * q{i};" for i in range(2, len(stage.coordinates))]
+    lines += [f"const wide u{i} = r * q{i}; (void)u{i};" for i in range(2, len(stage.coordinates))]
     for n, section in enumerate(stage.sections):
         elongation = _section_sum(stage, section)
         lines += [f"const wide tension{n} = WIDE(s->stiffness[{n}]) * ({elongation});"]
