@@ -20,9 +20,10 @@ from corexy_fmi.effects import catalogue
 from corexy_fmi.engine.diagnose import make_runs, retune
 from corexy_fmi.engine.local import last_parts, shows
 from corexy_fmi.engine.model import effect_table, tuned_machine
-from corexy_fmi.engine.name import STIFFER, _starts, _stiffer, compete
+from corexy_fmi.engine.name import compete
 from corexy_fmi.engine.prove import follow_up
 from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.search import STIFFER, starts, stiffer
 from corexy_fmi.engine.spread import combinations, groups, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
@@ -181,7 +182,7 @@ def test_a_search_from_stiffer_belts_holds_them():
     """What lags is sought where the belts give less, and short fits from there leave them so."""
     recording = record(with_effects(machine(), DELAY), short_motion())
     base = fitted(problem(recording, machine()))
-    (stiff,) = _stiffer(base)
+    (stiff,) = stiffer(base)
     k = base.problem.keys.index("belt_axial_stiffness")
     assert stiff.u[k] == pytest.approx(base.u[k] + STIFFER)
     assert stiff.cost > base.cost
@@ -189,6 +190,6 @@ def test_a_search_from_stiffer_belts_holds_them():
     delay, force = (
         Hypothesis((find(*u),)) for u in (("sensor_delay", "sensor"), ("constant_force", "x"))
     )
-    assert [tried for _, tried, _ in _starts(base, [delay, force], True)][-1] == [delay]
+    assert [tried for _, tried, _ in starts(base, [delay, force], True)][-1] == [delay]
     (found,) = screen(stiff, [delay])
     assert not found.borrowed()[: -found.problem.size, k].any()

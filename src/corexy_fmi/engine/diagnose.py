@@ -22,7 +22,7 @@ from corexy_fmi.engine.experiment import Experiment, next_experiment
 from corexy_fmi.engine.fit import Fit, minimise, settle
 from corexy_fmi.engine.local import last_parts
 from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.name import Competition, Mapper, compete, form_floor
+from corexy_fmi.engine.name import Competition, compete, form_floor
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
@@ -30,6 +30,7 @@ from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.search import Mapper
 from corexy_fmi.engine.specification import leftover
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict, decide, incomplete

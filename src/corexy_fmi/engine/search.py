@@ -1,0 +1,172 @@
+"""Search: the fits of one round, from a screen of all candidates to a few settled finalists.
+
+A screen orders the candidates, a short fit of each thins them out, the best are fitted to the end
+with the noise that their own residuals show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from corexy_fmi.engine.fit import Fit, costs, minimise, settle, white_noise
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.screen import Lead, screen
+from corexy_fmi.engine.unknowns import STIFFNESS, Hypothesis
+
+AHEAD, AHEAD_BLEACHED, SHORT, FINALISTS, LAWS = 16, 6, 3, 6, 4
+CLOSE, CLOSE_SHARE = 40.0, 0.25  # [nats]; share of the best one's gain: behind both all is lost
+CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
+ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
+LEAST = 1.5  # [nats] that any other lead gains in the screen
+STIFFER = 1.2  # log of the factor
+LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
+
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+
+
+def penalty(problem: Problem, samples: int) -> float:
+    """Half of the log of the sample count for each parameter beyond the nominal (BIC) [nats]."""
+    count = len(problem.unknowns) - problem.nominal_count
+    return 0.5 * count * float(np.log(max(samples, 2)))
+
+
+def samples_of(fit: Fit) -> int:
+    """Number of samples that a fit stands on."""
+    return sum(run.count for run in fit.problem.runs)
+
+
+def rank(fit: Fit) -> float:
+    """What orders fits: cost and penalty [nats], the less the better."""
+    return fit.cost + penalty(fit.problem, samples_of(fit))
+
+
+def _glance(lead: Lead) -> Fit:
+    """One step from the lead's best start: enough to see who may win.
+
+    It takes the nominal columns of the base's Jacobian for granted.
+    """
+    return minimise(lead.problem, lead.starts[0], 1, 0.5, lead.borrowed())
+
+
+def _short(seen: tuple[Lead, Fit]) -> Fit:
+    """A short fit from the start that goes furthest in one iteration."""
+    lead, first = seen
+    near = lead.borrowed()
+    begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
+    best = min(begun, key=lambda f: f.cost)
+    return minimise(lead.problem, best.u, 1, 0.5, near, SHORT)
+
+
+def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
+    """Short fits of the ``count`` leads that are ahead after a glance, best first; then the others
+    as seen.
+    """
+    seen = list(zip(leads, mapper(_glance, leads), strict=True))
+    # one step may mislead where much moves at once: the screen's first go on in any case
+    order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, rank(seen[n][1])))
+    ahead = [seen[n] for n in order[:count]]
+    return sorted(mapper(_short, ahead), key=rank) + [seen[n][1] for n in order[count:]]
+
+
+def _long(fit: Fit) -> Fit:
+    """A fit carried to its end, under the noise that it began with."""
+    return minimise(fit.problem, fit.u, 8)
+
+
+def _thin(leads: list[Lead], floor: float) -> list[Lead]:
+    """The catalogued leads worth a fit, and the best free-form laws.
+
+    A lead is kept above ``floor`` nats and a share of the best one's gain; the first few always.
+    """
+    named = [lead for lead in leads if not lead.hypothesis.law]
+    least = max(floor, LEAST, LEAD_SHARE * named[0].gain) if named else floor
+    kept = [
+        lead for n, lead in enumerate(named) if lead.gain >= least or (floor == 0 and n < ALWAYS)
+    ]
+    return kept + [lead for lead in leads if lead.hypothesis.law][:LAWS]
+
+
+def search(
+    base: Fit, candidates: list[Hypothesis], mapper: Mapper, finalists: int, floor: float = 0.0
+) -> list[Fit]:
+    """One round of competition on top of a fit; settled finalists, best first.
+
+    Searched under the base's own noise and, where that is coloured, under white noise too: a slow
+    mismatch can pass for colour, and is then invisible to a search that trusts the colour.  The
+    first round also begins from stiffer belts: soft ones pass for whatever lags.
+    """
+    finals: list[Fit] = []
+    rest: list[Fit] = []
+    for start, tried, ahead in starts(base, candidates, floor == 0):
+        leads = _thin(screen(start, tried, mapper), floor)
+        shorts = _shorts(leads, mapper, ahead)
+        going = _contenders(start, shorts[:finalists])
+        ended = sorted(mapper(_long, going), key=rank)
+        close = [f for f in ended if rank(f) - rank(ended[0]) < _margin(start, ended[0])]
+        finals += close
+        rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
+    settled = sorted(mapper(settle, _once(finals)), key=rank)
+    return settled + rest
+
+
+def starts(
+    base: Fit, candidates: list[Hypothesis], first: bool
+) -> list[tuple[Fit, list[Hypothesis], int]]:
+    """Where a round searches from, for which candidates, with how many short fits."""
+    bleached = [(fit, candidates, AHEAD_BLEACHED) for fit in _bleached(base)]
+    lagging = [h for h in candidates if any(i.effect.state in LAGS for i in h.uses)]
+    held = [(fit, lagging, AHEAD_BLEACHED) for fit in stiffer(base)] if first else []
+    return [(base, candidates, AHEAD), *bleached, *held]
+
+
+def _margin(start: Fit, best: Fit) -> float:
+    """Nats behind the best fit within which the noise of its own may still put another first."""
+    return CLOSE + CLOSE_SHARE * max(start.cost - rank(best), 0.0)
+
+
+def _once(finals: list[Fit]) -> list[Fit]:
+    """Each hypothesis once: where two searches ended apart, from the end with less raw mismatch."""
+    best: dict[tuple[object, ...], tuple[float, Fit]] = {}
+    for fit in finals:
+        raw = float(np.sum(white_noise(fit).residual(fit.u[None]) ** 2))
+        known = best.get(_identity(fit))
+        if known is None or raw < known[0]:
+            best[_identity(fit)] = (raw, fit)
+    return [fit for _, fit in best.values()]
+
+
+def _identity(fit: Fit) -> tuple[object, ...]:
+    return (*fit.problem.hypothesis.key, fit.problem.hypothesis.law)
+
+
+def _contenders(start: Fit, shorts: list[Fit]) -> list[Fit]:
+    """The short fits that may still win: two at least, else a fair share of the best one's gain."""
+    if not shorts:
+        return []
+    least = CONTENDS * (start.cost - rank(shorts[0]))
+    return [f for n, f in enumerate(shorts) if n < 2 or start.cost - rank(f) >= max(least, 0.0)]
+
+
+def _bleached(base: Fit) -> list[Fit]:
+    """The base fitted again under white noise; nothing where its own noise is white already."""
+    if not any(len(n.coefficients) for models in base.problem.noise for n in models):
+        return []
+    return [minimise(white_noise(base), base.u, 8)]
+
+
+def stiffer(base: Fit) -> list[Fit]:
+    """The base with its belts stiffened, which a search from there holds; nothing where the
+    machine file says how stiff they are, or where they are too stiff for the micro-step.
+    """
+    keys = base.problem.keys
+    if STIFFNESS not in keys:
+        return []
+    k, u = keys.index(STIFFNESS), base.u.copy()
+    u[k] = min(u[k] + STIFFER, base.problem.limits()[1][k])
+    residual, slopes = base.problem.linearised(u)
+    slopes[:, k] = 0.0
+    cost = float(costs(residual[None])[0]) + base.problem.log_scale()
+    return [Fit(base.problem, u, cost, residual, slopes)] if np.isfinite(cost) else []
