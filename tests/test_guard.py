@@ -34,11 +34,11 @@ def test_no_ratio_fell_by_a_third(bar):
 
 
 def test_a_kernel_of_a_third_of_the_speed_is_noticed(bar):
-    """The guard fails where it must: with every run done three times."""
+    """The guard fails where it must: every run done three times, beside runs of the same minute."""
 
     def slow(*words, **options):
         for _ in range(2):
             run_lanes(*words, **options)
         return run_lanes(*words, **options)
 
-    assert fallen(measured(slow), bar) == list(bar)
+    assert fallen(measured(slow), measured()) == list(bar)
