@@ -144,7 +144,8 @@ def levels(entries: list[Entry]) -> list[str]:
         (
             "L5",
             "real recordings",
-            "[EMPS](docs/cases/emps.md): pulses that others logged, found without the log; [one printer](docs/voron.md)",
+            "[EMPS](docs/cases/emps.md): pulses that others logged, found without the log;"
+            " [one printer](docs/voron.md)",
         ),
     )
     table = ["| level | what is concealed | measured [Wilson 95 %] |", "|---|---|---|"]
@@ -200,8 +201,8 @@ def page(entries: list[Entry], command: str) -> str:
         "paper's lost Table I and two other sets, by a plant that shares no code with the package.",
         "The plant knows ten effects, and the catalogue was cut down to these ten; with all 35 the",
         "same was not measured. In hard cases the plant overstates E (docs/dev/PLAN.md).",
-        "Its forms of backlash and of belt stiffness are inside the catalogue since earlier runs left",
-        "them open (`hold`, `parallel`); those of Stribeck friction are not.",
+        "Its forms of backlash and of belt stiffness are inside the catalogue since earlier runs",
+        "left them open (`hold`, `parallel`); those of Stribeck friction are not.",
         "",
         *headline(entries),
         "",
