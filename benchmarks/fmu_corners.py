@@ -10,7 +10,6 @@ that of a converged run; writes benchmarks/results/fmu_corners.json and docs/fmu
 from __future__ import annotations
 
 import json
-import subprocess
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from benchmarks.fmu_inputs import DOCUMENT, MACHINE, SIDES, SPEED, Array, angles, reference
+from benchmarks.outcome import RESULTS, write_outcome
 from corexy_fmi.corners import contour_error
 from corexy_fmi.fmu.build import build_fmu
 from corexy_fmi.fmu.session import Session, unpacked
@@ -29,7 +29,7 @@ RECTANGLE = Rectangle(SPEED * SIDES[0], SPEED * SIDES[1], SPEED)
 STEPS = (0.5e-3, 1e-3, 2e-3, 4e-3, 7e-3)  # [s]
 FINE = 5e-5  # [s] between the points of a path
 MODES = {"hold": "held", "ramp": "`inputInterpolation` = ramp", "rates": "with rates"}
-RESULT = Path(__file__).parent / "results" / "fmu_corners.json"
+RESULT = RESULTS / "fmu_corners.json"
 BEGIN, END = "<!-- fmu_corners: begin -->", "<!-- fmu_corners: end -->"
 
 
@@ -107,22 +107,15 @@ def main() -> None:
     machine = load_machine(MACHINE)
     with tempfile.TemporaryDirectory() as folder:
         rows = measure(build_fmu(Path(folder), machine), machine)
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout
     caption = (
         f"Change of the contour error, eq. (17), of the worst of three corners against a converged "
         f"run (there 0.6 to 1.4 mm): rectangle of {1e3 * RECTANGLE.width:g} mm x "
         f"{1e3 * RECTANGLE.height:g} mm at {1e3 * SPEED:g} mm/s, corners on communication points, "
         f"machine {MACHINE} (a surrogate)"
     )
-    document = {
-        "commit": commit.strip(),
-        "command": "python -m benchmarks.fmu_corners",
-        "caption": caption,
-        "rows": rows,
-    }
-    render(document)
-    RESULT.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(document, indent=1))
+    found = {"caption": caption, "rows": rows}
+    print(write_outcome("fmu_corners", "python -m benchmarks.fmu_corners", found))
+    render(json.loads(RESULT.read_text(encoding="utf-8")))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -28,3 +29,14 @@ def write_outcome(name: str, command: str, document: Mapping[str, Any]) -> Path:
     head = {"commit": commit(), "command": command}
     path.write_text(json.dumps(head | dict(document), indent=1) + "\n", encoding="utf-8")
     return path
+
+
+def keep_page(page: Path, text: str, command: str, *, check: bool) -> int:
+    """Write a page, or with ``check`` only tell where it is stale; the exit status."""
+    if not check:
+        page.write_text(text, encoding="utf-8")
+        return 0
+    stale = not page.is_file() or page.read_text(encoding="utf-8") != text
+    if stale:
+        print(f"stale: {page.name}; run {command} --render", file=sys.stderr)
+    return int(stale)

@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from benchmarks.outcome import keep_page
 from corexy_fmi.reproduce.claimed import claims
 from corexy_fmi.reproduce.fig3 import LOOPS, fig3
 from corexy_fmi.reproduce.fig4 import fig4
@@ -123,13 +124,7 @@ def main() -> int:
         text = json.dumps(study, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         KEPT.write_text(text, encoding="utf-8")
     text = page(json.loads(KEPT.read_text(encoding="utf-8")))
-    if not given.check:
-        PAGE.write_text(text, encoding="utf-8")
-        return 0
-    stale = not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != text
-    if stale:
-        print(f"stale: {PAGE.name}; run python -m benchmarks.paper --render", file=sys.stderr)
-    return int(stale)
+    return keep_page(PAGE, text, "python -m benchmarks.paper", check=given.check)
 
 
 if __name__ == "__main__":

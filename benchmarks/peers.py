@@ -26,7 +26,7 @@ import numpy as np
 
 from benchmarks import kernel_cost, peer_ours
 from benchmarks.exact_stage import Array
-from benchmarks.outcome import RESULTS, write_outcome
+from benchmarks.outcome import RESULTS, keep_page, write_outcome
 from benchmarks.peer_casadi import casadi_run
 from benchmarks.peer_case import HEIGHT, ROW, SPEED, WIDTH, Case
 from benchmarks.peer_cvodes import cvodes_run
@@ -241,15 +241,9 @@ def main() -> int:
             return 0
         print(write_outcome("peers", "python -m benchmarks.peers", found))
     stored = json.loads((RESULTS / "peers.json").read_text(encoding="utf-8"))
-    text = page(stored)
     if not given.check:
-        PAGE.write_text(text, encoding="utf-8")
         draw(stored)
-        return 0
-    stale = not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != text
-    if stale:
-        _say(f"stale: {PAGE.name}; run python -m benchmarks.peers --render")
-    return int(stale)
+    return keep_page(PAGE, page(stored), "python -m benchmarks.peers", check=given.check)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.outcome import RESULTS, write_outcome
+from benchmarks.outcome import RESULTS, keep_page, write_outcome
 from benchmarks.pulses_page import PAGE, draw, page
 from benchmarks.pulses_runs import (
     ROW,
@@ -187,15 +187,9 @@ def main() -> int:
     if not (given.render or given.check):
         print(write_outcome("pulses", "python -m benchmarks.pulses", document()))
     stored = json.loads((RESULTS / "pulses.json").read_text(encoding="utf-8"))
-    text = page(stored)
     if not given.check:
-        PAGE.write_text(text, encoding="utf-8")
         draw(stored)
-        return 0
-    stale = not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != text
-    if stale:
-        print(f"stale: {PAGE.name}; run python -m benchmarks.pulses --render", file=sys.stderr)
-    return int(stale)
+    return keep_page(PAGE, page(stored), "python -m benchmarks.pulses", check=given.check)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confiden
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
 LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
+BETTER = 1.0  # [nats] that it must gain to be taken
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
 
@@ -157,7 +158,7 @@ def _shaken(fit: Fit, mapper: Mapper) -> Fit:
     starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
     again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
     best = min([fit, *again], key=lambda f: f.cost)
-    return settle(best) if best.cost < fit.cost - 1 else fit
+    return settle(best) if best.cost < fit.cost - BETTER else fit
 
 
 def _leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
