@@ -375,14 +375,35 @@ static void micro_step(stage *s, double end)
     }
 }
 
+/* all micro-steps in registers, then the motors and the clock behind the last */
+static void advance_plain(stage *s, double start, double duration, int64_t count)
+{
+    const double half = 0.5 * s->step;
+    TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, start, duration, count);
+    s->now = 0.5 * (s->time + (start + duration));
+    s->elapsed = s->now - s->begun;
+    set_command(s, s->now);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double v = s->command_rate[i][l];
+            s->before[2 + i][l] = v;
+            s->v[2 + i][l] = v;
+            s->q[2 + i][l] = drifted(s->command[i][l], v, half);
+        }
+    s->time = start + duration;
+}
+
 void stage_advance(stage *s, double duration, double limit)
 {
     const double start = s->time;
     const int64_t count = (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
     s->step = duration / (double)count;
     set_kick(s, s->step);
-    if (s->plain) TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, start, count);
-    for (int64_t n = s->plain ? count : 1; n <= count; n++)
+    if (s->plain) {
+        advance_plain(s, start, duration, count);
+        return;
+    }
+    for (int64_t n = 1; n <= count; n++)
         micro_step(s, n == count ? start + duration : start + (double)n * s->step);
 }
 
