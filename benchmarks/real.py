@@ -3,9 +3,9 @@
     python -m benchmarks.real [FOLDER]
 
 fetches both recordings of EMPS through the loader of nonlinearbenchmark.org (nonlinear-benchmarks,
-PyPI), checks them by hash, and runs the case of docs/cases/emps.md: pulses of force that its authors
-added and logged must be found without their log.  FOLDER holds the recordings already; nothing is
-fetched then.  Results go to out/real; the exit status is 1 where the case does not come out.
+PyPI), checks them by hash, and runs the case of docs/cases/emps.md: pulses of force that were added
+and logged by its authors must be found without their log.  FOLDER holds the recordings already;
+nothing is fetched then.  Results go to out/real; the exit status is 1 where the case fails.
 """
 
 from __future__ import annotations
