@@ -1,11 +1,12 @@
 """Two carts on a spring, recorded by others: fitted on square waves, judged on sines.
 
-    python -m benchmarks.flexdrive [FOLDER | --render]
+    python -m benchmarks.flexdrive [FOLDER | --suspects | --render]
 
 imports seven recordings of a teaching rig, diagnoses the two square waves with the five sines held
 out, and writes benchmarks/results/flexdrive.json and docs/cases/flexdrive.md.  FOLDER holds the
 recordings (default: ../shared/data/flexdrive beside the checkout); nobody may redistribute them.
---render writes the page anew from the stored numbers.
+--suspects measures only what suspected causes would take away, when forced in; --render writes the
+page anew from the stored numbers.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ import numpy as np
 
 from benchmarks.case import PAGES, ROOT, corexy, kept
 from benchmarks.flexdrive_page import rendered
-from benchmarks.outcome import RESULTS, write_outcome
+from benchmarks.flexdrive_suspects import suspects
+from benchmarks.outcome import RESULTS, commit, write_outcome
+from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import Recording, read_recording
 
 DATA = ROOT.parent / "shared" / "data" / "flexdrive"
@@ -80,13 +83,30 @@ def measure(data: Path) -> dict[str, Any]:
     }
 
 
+def forced(data: Path) -> dict[str, Any]:
+    """Suspected causes forced in, and the commit that did it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for each in (*SQUARES, *SINES):
+            corexy(folder, *import_words(each, str(data)))
+        train, held = ([read_recording(folder / f"{n}.csv") for n in g] for g in (SQUARES, SINES))
+    return {"commit": commit(), "found": suspects(train, held, load_machine(MACHINE))}
+
+
 def main() -> None:
     """Measure, write and render."""
-    path, data = RESULTS / "flexdrive.json", Path(sys.argv[1]) if len(sys.argv) > 1 else DATA
-    if str(data) != "--render":
+    word = sys.argv[1] if len(sys.argv) > 1 else ""
+    path, data = RESULTS / "flexdrive.json", Path(word) if word and word[0] != "-" else DATA
+    stored = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    if word != "--render":
         if not data.is_dir():
             sys.exit(f"{data}: no such folder, expected the recordings of flexdrive")
-        path = write_outcome("flexdrive", "python -m benchmarks.flexdrive", measure(data))
+        if word == "--suspects":
+            text = json.dumps(stored | {"suspects": forced(data)}, indent=1) + "\n"
+            path.write_text(text, encoding="utf-8")
+        else:
+            result = measure(data) | {"suspects": forced(data)}
+            write_outcome("flexdrive", "python -m benchmarks.flexdrive", result)
     PAGE.write_text(rendered(json.loads(path.read_text(encoding="utf-8"))), encoding="utf-8")
     print(path.relative_to(ROOT))
 

@@ -15,10 +15,10 @@ HEAD = """\
 A teaching rig of the University of Waterloo: a dc motor drives a cart, a spring pulls a second one.
 Students recorded voltage and both speeds, open loop: two square waves (1.5 V and 2 V at 0.5 Hz) and
 sines of 2.5 V at 1, 2, 3, 5 and 8 Hz (GitHub, ParthSareen/controls-projects; no licence, so the
-recordings stay beside the checkout). Nothing else is published: every number of `models/flexdrive` is
-a guess with a wide prior, and "N" is the force of one volt. Speeds out of differenced
-encoders have no offset (`zero: vx, vy`), so that a speed that differs by direction is physics. The square waves are fitted; the sines,
-another kind of motion, are only judged.
+recordings stay beside the checkout). Nothing else is published: every number of `models/flexdrive`
+is a guess with a wide prior, and "N" is the force of one volt. Speeds out of differenced encoders
+have no offset (`zero: vx, vy`), so that a speed that differs by direction is physics. The square
+waves are fitted; the sines, another kind of motion, are only judged.
 """
 STATES = ("nominal", "retuned", "explained")
 
@@ -44,6 +44,18 @@ def directions(document: Mapping[str, Any]) -> str:
     return table(["square wave", "speed", "forward", "backward", "sum"], rows)
 
 
+def push(document: Mapping[str, Any]) -> str:
+    """The sentence on a force that would make the difference."""
+    drag = sum(document["run"]["retuned"][f"viscous_friction_{cart}"]["value"] for cart in (1, 2))
+    sums = [ahead + back for found in document["steady"].values()
+            for ahead, back in zip(found["forward"], found["backward"], strict=True)]  # fmt: skip
+    force = drag * sum(sums) / len(sums) / 2
+    return (
+        f"A constant force of {force:.3f} V would make that difference: friction that differs by "
+        "direction, or an offset of the amplifier. It is in the mismatch below."
+    )
+
+
 def verdict(document: Mapping[str, Any]) -> str:
     """What was said, and what the catalogue offers where it does not explain."""
     run, held = document["run"], document["run"]["heldout"]
@@ -55,9 +67,9 @@ def verdict(document: Mapping[str, Any]) -> str:
     if run["nearest"]:
         lines.append(f"What the catalogue offers, with its share of the best gain: {offered(run)}.")
     lines.append(
-        f"On the sines, which no fit saw, all channels pooled: {1e3 * held['rms_nominal']:.2f} mm/s "
-        f"as given, {1e3 * held['rms_retuned']:.2f} retuned, {1e3 * held['rms_explained']:.2f} with "
-        "what was found."
+        f"On the sines, which no fit saw, all channels pooled: {1e3 * held['rms_nominal']:.2f} "
+        f"mm/s as given, {1e3 * held['rms_retuned']:.2f} retuned, "
+        f"{1e3 * held['rms_explained']:.2f} with what was found."
     )
     return " ".join(lines)
 
@@ -78,6 +90,26 @@ def sizes(document: Mapping[str, Any]) -> str:
         for name, p in e["parameters"].items()
     ]
     return table(["effect", "number", "found (95 %)"], rows) if rows else ""
+
+
+def forced(document: Mapping[str, Any]) -> str:
+    """What suspected causes take from both outputs, forced in; nothing where not measured."""
+    rows, held = [], document.get("suspects")
+    for entry in held["found"] if held else ():
+        name = f"{entry['name']} at {entry['location']}" if entry["name"] else "none (retuned)"
+        told = ", ".join(f"{k} {v:.3g}" for k, v in entry["parameters"].items())
+        sizes = [f"{1e3 * entry['rms'][f'{r} {c}']:.2f}" for r in ("train", "holdout")
+                 for c in ("vx", "vy")]  # fmt: skip
+        rows.append([name, told, *sizes])
+    head = ["cause", "fitted", "squares vx", "squares vy", "sines vx", "sines vy"]
+    if not held:
+        return ""
+    told = (
+        "## What was suspected\n\nEach cause alone, fitted to the square waves whatever the data "
+        f"say (rms of all recordings, mm/s; `python -m benchmarks.flexdrive --suspects` at commit "
+        f"{held['commit'][:12]}):"
+    )
+    return f"{told}\n\n{table(head, rows)}"
 
 
 def numbers(document: Mapping[str, Any]) -> str:
@@ -104,12 +136,14 @@ def rendered(document: Mapping[str, Any]) -> str:
             "## What the raw speeds show",
             "Mean speed [mm/s] once steady, by direction:",
             directions(document),
+            push(document),
             "## What is said",
             verdict(document),
             sizes(document),
             "Errors of both outputs, rms in mm/s:",
             errors(document),
-            "Retuned numbers:",
+            forced(document),
+            "## Retuned numbers",
             numbers(document),
             LIMITS,
         ]
@@ -120,7 +154,7 @@ def rendered(document: Mapping[str, Any]) -> str:
 LIMITS = """\
 ## What it could not say
 
-- The scale of forces: voltage and speeds leave it free. Masses, stiffness and friction are per volt.
+- The scale of forces: voltage and speeds leave it free. Masses, stiffness, friction are per volt.
 - Sensor effects (late samples, scales): they act on positions and accelerations, and here only
   speeds were recorded.
 - The quantised speeds are taken as coloured noise; the encoders' counts themselves are not there.
