@@ -72,10 +72,10 @@ def _fitted() -> Machine:
     return emps.fitted(stored["runs"]["DATA_EMPS"])
 
 
-PRINTER = ("late samples", "turned sensor", "scaled x", "stretched clock", "shaper", "sham 1",
+PRINTER = ("late samples", "turned sensor", "scaled x", "sham 1", "shaper", "stretched clock",
            "sham 2")  # fmt: skip
 ALONG_Y = tuple(name for name in PRINTER if name != "scaled x")
-AXIS = ("late samples", "stretched clock", "sham 1")
+AXIS = ("late samples", "sham 1", "stretched clock")
 HOSTS = (
     Host("voron x", lambda: _voron("x.csv"), lambda: load_machine(voron.MACHINE), PRINTER, {}),
     Host("voron y", lambda: _voron("y.csv"), lambda: load_machine(voron.MACHINE), ALONG_Y, {}),
