@@ -103,6 +103,15 @@ def test_how_a_case_is_judged(after, expected):
     assert outcome(after, BEFORE) == expected
 
 
+def test_another_member_of_an_ambiguous_class_is_no_false_alarm():
+    before = case("untouched", [PULSES], "", "ambiguous")
+    member = [{"name": n, "location": p} for n, p in (OTHER, DELAY)]
+    before["told"]["ambiguous_between"] = [[{"name": "periodic", "location": "x"}, member]]
+    assert outcome(case("sham 1", [OTHER, DELAY], "", "ambiguous"), before) == "same class"
+    assert outcome(case("sham 1", [OTHER, DELAY], "", "explained"), before) == "false alarm"
+    assert outcome(case("sham 1", [OTHER], "", "ambiguous"), before) == "false alarm"
+
+
 def test_a_seal_holds_its_truth():
     truth = truth_of(EDITS["late samples"], 12, None)
     mark, sealed = hidden.seal(truth)
