@@ -4,13 +4,14 @@ SEED ?= 0
 
 FIRMWARE := stepper
 
-.PHONY: help bootstrap demo test lint unit proof blind bench firmware flash hil
+.PHONY: help bootstrap demo test lint unit proof blind real bench firmware flash hil
 
 help:
 	@echo "make demo          the main job on bundled recordings; results in out/demo"
 	@echo "make test          style, types, imports, tests with coverage"
 	@echo "make blind SEED=n  one concealed case: drawn, sealed, diagnosed, opened"
 	@echo "make proof         the long studies"
+	@echo "make real          a public benchmark, fetched and diagnosed; results in out/real"
 	@echo "make bench         speed against peers"
 	@echo "make firmware      firmware of the board (needs gcc-avr avr-libc)"
 	@echo "make flash PORT=p  builds it and writes it to the board at p (needs avrdude)"
@@ -38,6 +39,11 @@ blind: bootstrap
 
 proof: bootstrap
 	@$(PYTHON) -m benchmarks.concealed.proof
+
+real: bootstrap
+	@$(PYTHON) -c 'import nonlinear_benchmarks' 2> /dev/null || \
+	  $(PYTHON) -m pip --disable-pip-version-check install -q -c constraints.txt nonlinear-benchmarks==1.0.1
+	@$(PYTHON) -m benchmarks.real
 
 bench: bootstrap
 	@$(PYTHON) -m benchmarks.speed

@@ -177,7 +177,7 @@ def judged(data: Path, told: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def measure(data: Path) -> dict[str, Any]:
+def measure(data: Path, images: Path = IMAGES) -> dict[str, Any]:
     """Import, diagnose, judge, draw."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -191,7 +191,7 @@ def measure(data: Path) -> dict[str, Any]:
         table = loadmat(data / "DATA_EMPS_PULSES.mat")
         force = LOGGED_SHARE * float(table["gtau"].item()) * table["pulses_N"].ravel()
         effect = told["DATA_EMPS_PULSES"]["effects"][0]
-        draw(IMAGES, pulsed, explained, course(effect, pulsed.time), force)
+        draw(images, pulsed, explained, course(effect, pulsed.time), force)
     return {
         "commands": [line for n in NAMES for line in commands(n)],
         "friction": friction(data, told["DATA_EMPS"]),

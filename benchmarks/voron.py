@@ -1,46 +1,51 @@
 """What a diagnosis makes of two real recordings of a toolhead's acceleration.
 
-    python -m benchmarks.voron [FOLDER]
+    python -m benchmarks.voron [FOLDER | --render]
 
-imports both moves, diagnoses them together and alone, and writes benchmarks/results/voron.json and
-the tables of docs/voron.md.  FOLDER holds the recordings (default: ../shared/data/voron_ringdown
-beside the checkout); nobody may redistribute them.
+imports both moves; says from the machine file alone what they can decide; fits the first 0.45 s of
+both, judges the rest, in which the stop lies; fits each move alone, for what both share, the belts.
+Writes benchmarks/results/voron.json and docs/cases/voron.md.  FOLDER holds the recordings (default:
+../shared/data/voron_ringdown beside the checkout); nobody may redistribute them.  --render writes
+the page anew from the stored numbers.
 """
 
 from __future__ import annotations
 
 import json
-import subprocess
+import shlex
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.outcome import write_outcome
+from benchmarks.case import PAGES, ROOT, corexy, kept
+from benchmarks.outcome import RESULTS, write_outcome
+from benchmarks.voron_page import rendered
+from corexy_fmi.engine.candidates import instances
+from corexy_fmi.engine.diagnose import make_runs, retune
+from corexy_fmi.engine.document import not_excluded
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.wiring import fitted, predicted
+from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
-from corexy_fmi.recording import Recording, read_recording
+from corexy_fmi.recording import Recording, read_recording, write_recording
+from corexy_fmi.simulate import simulate
 
-ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data" / "voron_ringdown"
 MACHINE = "voron2_250"
 MOVES = {
     "x.csv": ("4_x_stock__adxl345-20200810_214044.csv", "0.100,0.125:0.150,0.125"),
     "y.csv": ("5_y_stock__adxl345-20200810_214047.csv", "0.125,0.100:0.125,0.150"),
 }
-RUNS = {"both": ("x.csv", "y.csv"), "x.csv": ("x.csv",), "y.csv": ("y.csv",)}
+CUT = 0.45  # [s] fitted before, judged after: the move stops at 0.52 s
 REST = 0.25  # [s] at the end, in which the floor is read
 CRUISE = (0.3, 0.5)  # [s] constant speed, the start of the move long decayed
-DOCUMENT = ROOT / "docs" / "voron.md"
-BEGIN, END = "<!-- voron: begin -->", "<!-- voron: end -->"
-
-
-def corexy(folder: Path, *words: str) -> str:
-    """What a command prints."""
-    command = [sys.executable, "-m", "corexy_fmi", *words]
-    return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
+PAGE = PAGES / "voron.md"
+SEED = 1  # of the noise of the imagined recordings
 
 
 def import_words(name: str) -> list[str]:
@@ -52,16 +57,37 @@ def import_words(name: str) -> list[str]:
 
 
 def bring_in(data: Path, folder: Path) -> None:
-    """Import both moves into a folder."""
+    """Import both moves into a folder, and part each into what is fitted and what is judged."""
     for name, (source, _) in MOVES.items():
         words = import_words(name)
         words[words.index(source)] = str(data / source)
         corexy(folder, *words)
+        for part, recording in parts(read_recording(folder / name)).items():
+            write_recording(recording, folder / part)
 
 
-def diagnose_words(names: tuple[str, ...]) -> list[str]:
-    """The words of one diagnosis."""
-    return ["diagnose", *names, "--machine", MACHINE, "--jobs", "2", "--json", "--out", "found"]
+def parts(recording: Recording) -> dict[str, Recording]:
+    """Up to `CUT`, and the whole run with its samples blank up to there."""
+    stem, early = recording.name.removesuffix(".csv"), recording.time <= CUT
+    first = {n: v[early] for n, v in recording.channels.items()}
+    rest = {
+        n: np.where(early, np.nan, v) if n in recording.measured else v
+        for n, v in recording.channels.items()
+    }
+    return {
+        f"{stem}_fit.csv": replace(
+            recording, name=f"{stem}_fit.csv", time=recording.time[early], channels=first
+        ),
+        f"{stem}_rest.csv": replace(recording, name=f"{stem}_rest.csv", channels=rest),
+    }
+
+
+def diagnose_words(*names: str) -> list[str]:
+    """The words of a diagnosis of the first parts, judged on the rests."""
+    stems = [name.removesuffix(".csv") for name in names]
+    held = [word for s in stems for word in ("--holdout", f"{s}_rest.csv")]
+    return ["diagnose", *(f"{s}_fit.csv" for s in stems), *held, "--machine", MACHINE,
+            "--jobs", "1", "--json", "--out", "found"]  # fmt: skip
 
 
 def floors(recording: Recording) -> dict[str, float]:
@@ -91,130 +117,64 @@ def crosstalk(recording: Recording) -> dict[str, float]:
     return dict(zip(("ax", "ay"), found.response[:, 0].tolist(), strict=True)) if found else {}
 
 
-def summary(document: dict[str, Any]) -> dict[str, Any]:
-    """What the page shows of a diagnosis."""
-    effects = [{k: e.get(k) for k in ("name", "location", "probability", "description")}
-               for e in document["effects"]]  # fmt: skip
-    kept = ("verdict", "ambiguous_between", "fit", "heldout", "retuned", "seconds")
-    return {k: document[k] for k in kept} | {"effects": effects}
+def foretold(recordings: list[Recording], noise: list[dict[str, float]]) -> list[dict[str, Any]]:
+    """`not_excluded` before any fit: the moves run by the machine file, with noise [m/s^2].
+
+    Nothing is missing there, so that what cannot be excluded is what these moves cannot show.
+    """
+    machine, random = load_machine(MACHINE), np.random.default_rng(SEED)
+    imagined = []
+    for recording, floor in zip(recordings, noise, strict=True):
+        response = simulate(machine, recording)
+        seen = {
+            n: np.where(
+                np.isfinite(recording[n]),
+                response[n] + random.normal(0, floor[n], len(recording)),
+                np.nan,
+            )
+            for n in recording.measured
+        }
+        imagined.append(replace(recording, channels=dict(recording.channels) | seen))
+    layout = bundled_layout()
+    runs, _ = make_runs(imagined, imagined, machine)
+    base = retune(layout, machine, tuple(runs))
+    leads = screen(base, [Hypothesis((i,)) for i in instances(layout, machine)])
+    return not_excluded(leads, set())
 
 
 def measure(data: Path) -> dict[str, Any]:
-    """Import, diagnose, and read the floor."""
+    """Import, foretell, diagnose, and read the floor."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         bring_in(data, folder)
         recordings = {n: read_recording(folder / n) for n in MOVES}
+        early = [read_recording(folder / f"{n.removesuffix('.csv')}_fit.csv") for n in MOVES]
+        before = foretold(early, [floors(r) for r in recordings.values()])
         told = {
-            key: summary(json.loads(corexy(folder, *diagnose_words(names))))
-            for key, names in RUNS.items()
+            key: kept(json.loads(corexy(folder, *diagnose_words(*names))))
+            for key, names in (("both", tuple(MOVES)), *((n, (n,)) for n in MOVES))
         }
     return {
         "machine": MACHINE,
-        "import": [" ".join(["corexy", *import_words(n)]) for n in MOVES],
-        "diagnose": " ".join(["corexy", *diagnose_words(RUNS["both"])]),
+        "cut": CUT,
+        "import": [shlex.join(["corexy", *import_words(n)]) for n in MOVES],
+        "diagnose": shlex.join(["corexy", *diagnose_words(*MOVES)]),
         "floor": {n: floors(r) for n, r in recordings.items()},
         "hum": {n: hum(r) for n, r in recordings.items()},
         "crosstalk": {n: crosstalk(r) for n, r in recordings.items()},
+        "foretold": before,
         "runs": told,
     }
 
 
-def _lines(head: list[str], rows: list[list[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
-
-
-def distances(document: dict[str, Any]) -> str:
-    """How far each channel is from its floor."""
-    rows = []
-    for row in document["runs"]["both"]["fit"]:
-        if row["role"] == "train":
-            floor = document["floor"][row["recording"]][row["channel"]]
-            sizes = [row[f"rms_{state}"] for state in ("nominal", "retuned", "explained")]
-            rows.append([row["recording"], row["channel"], *(f"{v:.3f}" for v in (floor, *sizes)),
-                         f"{sizes[-1] / floor:.1f}"])  # fmt: skip
-    head = ["recording", "channel", "at rest", "as given", "retuned", "explained", "over rest"]
-    return _lines(head, rows)
-
-
-def verdicts(document: dict[str, Any]) -> str:
-    """What each diagnosis says."""
-    rows = []
-    for key, run in document["runs"].items():
-        causes = ", ".join(f"{e['name']} at {e['location']}" for e in run["effects"]) or "none"
-        held = run["heldout"]
-        rows.append([key, run["verdict"], causes, f"{held['rms_explained']:.3f}",
-                     f"{held['noise_std']:.3f}", f"{run['seconds']:.0f}"])  # fmt: skip
-    head = ["recordings", "verdict", "cause", "held-out rms", "noise assumed", "seconds"]
-    return _lines(head, rows)
-
-
-def numbers(document: dict[str, Any]) -> str:
-    """The retuned parameters."""
-    rows = []
-    for name, entry in document["runs"]["both"]["retuned"].items():
-        low, high = entry["ci95"]
-        told = "its prior" if entry["prior_driven"] else "the data"
-        rows.append([name, f"{entry['value']:.4g} {entry['unit']}", f"{low:.3g} .. {high:.3g}",
-                     f"{entry['pull']:+.1f}", told])  # fmt: skip
-    return _lines(["parameter", "value", "95 %", "pull", "decided by"], rows)
-
-
-def turn(document: dict[str, Any]) -> str:
-    """The sentence on the sensor's mounting."""
-    along, across = document["crosstalk"]["x.csv"], document["crosstalk"]["y.csv"]
-    angle = np.degrees((along["ay"] / along["ax"] - across["ax"] / across["ay"]) / 2)
-    return (
-        f"During the move along x, ay shows {100 * along['ay']:+.1f} % of it; during that along "
-        f"y, ax shows {100 * across['ax']:+.1f} %. Equal sizes and opposite signs are those of a "
-        f"sensor turned by {abs(angle):.1f} degrees."
-    )
-
-
-def humming(document: dict[str, Any]) -> str:
-    """What the sensor feels at constant speed, where the model is still."""
-    rows = [
-        [name, channel, f"{document['floor'][name][channel]:.3f}", f"{size:.3f}", f"{peak:.0f} Hz"]
-        for name, channels in document["hum"].items()
-        for channel, (size, peak) in channels.items()
-    ]
-    return _lines(["recording", "channel", "at rest", "at constant speed", "strongest at"], rows)
-
-
-def page(document: dict[str, Any]) -> str:
-    """The measured part of docs/voron.md."""
-    source = f"`{document['command']}` at commit {document['commit'][:12]}"
-    commands = "\n".join([*document["import"], document["diagnose"]])
-    return "\n\n".join([
-        f"```\n{commands}\n```",
-        f"Measured by {source}. Accelerations, rms in m/s^2, of the first 70 % of each recording "
-        f"(at rest: the last {REST:g} s):",
-        distances(document),
-        "What is said of both recordings together, and of each alone; held out is the last 30 %:",
-        verdicts(document),
-        turn(document),
-        f"At constant speed, {CRUISE[0]:g} s to {CRUISE[1]:g} s after the start of the move, where "
-        "the model moves evenly:",
-        humming(document),
-        "Retuned numbers of the diagnosis of both:",
-        numbers(document),
-    ])  # fmt: skip
-
-
-def render(document: dict[str, Any]) -> None:
-    """Put the measured part between its marks."""
-    before, rest = DOCUMENT.read_text(encoding="utf-8").split(BEGIN)
-    text = f"{before}{BEGIN}\n{page(document)}\n{END}{rest.split(END)[1]}"
-    DOCUMENT.write_text(text, encoding="utf-8")
-
-
 def main() -> None:
     """Measure, write and render."""
-    data = Path(sys.argv[1]) if len(sys.argv) > 1 else DATA
-    if not data.is_dir():
-        sys.exit(f"{data}: no such folder, expected the recordings of a Voron's ring-down")
-    path = write_outcome("voron", "python -m benchmarks.voron", measure(data))
-    render(json.loads(path.read_text(encoding="utf-8")))
+    path, data = RESULTS / "voron.json", Path(sys.argv[1]) if len(sys.argv) > 1 else DATA
+    if str(data) != "--render":
+        if not data.is_dir():
+            sys.exit(f"{data}: no such folder, expected the recordings of a Voron's ring-down")
+        path = write_outcome("voron", "python -m benchmarks.voron", measure(data))
+    PAGE.write_text(rendered(json.loads(path.read_text(encoding="utf-8"))), encoding="utf-8")
     print(path.relative_to(ROOT))
 
 

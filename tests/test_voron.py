@@ -50,7 +50,26 @@ def results():
 
 
 def test_the_page_shows_the_results():
-    assert voron.page(results()) in voron.DOCUMENT.read_text(encoding="utf-8")
+    assert voron.rendered(results()) == voron.PAGE.read_text(encoding="utf-8")
+
+
+@real
+def test_a_move_is_parted_before_its_stop(recordings):
+    whole = recordings["x.csv"]
+    first, rest = voron.parts(whole).values()
+    assert first.time[-1] <= voron.CUT < whole.time[-1]
+    early = whole.time <= voron.CUT
+    assert np.isnan(rest["ax"][early]).all()
+    late = ~early & np.isfinite(whole["ax"])
+    assert np.array_equal(rest["ax"][late], whole["ax"][late])
+    for part in (first, rest):
+        assert np.array_equal(part["phi1"], whole["phi1"][: len(part)])
+
+
+def test_what_was_foretold_names_every_effect_of_the_catalogue_that_fits():
+    told = {(b["name"], b["location"]) for b in results()["foretold"]}
+    assert {("belt_damping", "belts"), ("sensor_rotation", "sensor")} <= told
+    assert ("winding_lag", "motors") not in told  # a stepper has none
 
 
 @real

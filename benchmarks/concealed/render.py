@@ -135,7 +135,7 @@ def levels(entries: list[Entry]) -> list[str]:
             "L5",
             "real recordings",
             "[EMPS](docs/cases/emps.md): pulses that others logged, found without the log;"
-            " [one printer](docs/voron.md)",
+            " [one printer](docs/cases/voron.md)",
         ),
     )
     table = ["| level | what is concealed | measured [Wilson 95 %] |", "|---|---|---|"]

@@ -15,6 +15,7 @@ from corexy_fmi.commands import (
     effects,
     hil,
     import_,
+    machine,
     plan,
     pulses,
     rectangle,
@@ -45,6 +46,7 @@ app.command("sweep")(sweep.sweep)
 app.command("effects")(effects.effects)
 app.command("build")(build.build)
 app.add_typer(import_.app, name="import")
+app.add_typer(machine.app, name="machine")
 app.add_typer(hil.app, name="hil")
 app.add_typer(reproduce.app, name="reproduce")
 

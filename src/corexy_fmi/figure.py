@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +31,8 @@ def draw_rectangle(
     figure = Figure(figsize=(11, 5), layout="constrained")
     check_format(path)
     whole, near = figure.subplots(1, 2)
-    figure.suptitle(f"{machine.name} at {MILLI * shape.speed:g} mm/s\n{machine.surrogate}".strip())
+    about = fill(machine.surrogate, 120)
+    figure.suptitle(f"{machine.name} at {MILLI * shape.speed:g} mm/s\n{about}".strip())
     for axes in (whole, near):
         _paths(axes, recording, shape)
     if corners:

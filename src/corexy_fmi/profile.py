@@ -49,3 +49,23 @@ def trapezoid(length: float, speed: float, acceleration: float) -> Profile:
 def _positive(value: float, what: str, unit: str) -> None:
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"{what}: found {value!r}, expected a positive number [{unit}]")
+
+
+def pieces(durations: Array, accelerations: Array) -> Profile:
+    """From rest, one constant acceleration [m/s^2] after the other, each for its time [s].
+
+    Both are (n,); what is travelled may come back.
+    """
+    begins = np.concatenate([[0.0], np.cumsum(durations)])
+    speeds = np.concatenate([[0.0], np.cumsum(accelerations * durations)])
+    ways = (speeds[:-1] + accelerations * durations / 2) * durations
+    places = np.concatenate([[0.0], np.cumsum(ways)])
+
+    def travel(time: Array) -> Array:
+        within = np.clip(time, 0.0, begins[-1])
+        piece = np.clip(np.searchsorted(begins, within, side="right") - 1, 0, len(durations) - 1)
+        since = within - begins[piece]
+        gained = (speeds[piece] + accelerations[piece] * since / 2) * since
+        return np.asarray(places[piece] + gained)
+
+    return Profile(float(begins[-1]), travel, tuple(begins[1:-1].tolist()))

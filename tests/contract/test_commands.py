@@ -15,7 +15,7 @@ SMALL = ("--width", "0.02", "--height", "0.015", "--speed", "0.039")
 COMMANDS = (
     "demo", "rectangle", "simulate", "diagnose", "effects", "build", "plan", "import",
     "import klipper", "reproduce fig3", "reproduce fig4", "reproduce fig5", "reproduce claims",
-    "sweep",
+    "sweep", "machine new", "import resonance", "import motan", "import csv", "import mat",
 )  # fmt: skip
 PLANTS = ("model", "fmu")
 

@@ -7,15 +7,28 @@ from typing import Annotated
 
 import typer
 
+from corexy_fmi.commands import import_table
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
-from corexy_fmi.machine import load_machine
+from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.motion import check_stage
-from corexy_fmi.recording import check_drive, write_recording
-from corexy_fmi.recording.columns import import_columns
+from corexy_fmi.recording import Recording, write_recording
 from corexy_fmi.recording.klipper import Move, import_klipper
+from corexy_fmi.recording.motan import import_motan
+from corexy_fmi.recording.resonance import import_resonance
+from corexy_fmi.resonance import NEW, OLD, changed
 
 app = typer.Typer(no_args_is_help=True)
+app.command("csv")(import_table.csv)
+app.command("mat")(import_table.mat)
+OutOption = Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")]
+CentreOption = Annotated[
+    str, typer.Option("--centre", "--center", metavar="X,Y", help="The stage's centre [m].")
+]
+AxesOption = Annotated[
+    str, typer.Option(metavar="A,B", help="Sensor axes that are the stage's x and y.")
+]
+DIRECTIONS = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 
 
 @app.callback()
@@ -36,13 +49,9 @@ def klipper(
     ],
     speed: Annotated[float, typer.Option(help="Its speed [m/s].")],
     accel: Annotated[float, typer.Option(help="Its acceleration [m/s^2].")],
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")],
-    centre: Annotated[
-        str, typer.Option("--centre", "--center", metavar="X,Y", help="The stage's centre [m].")
-    ] = "0,0",
-    axes: Annotated[
-        str, typer.Option(metavar="A,B", help="Sensor axes that are the stage's x and y.")
-    ] = "x,y",
+    out: OutOption,
+    centre: CentreOption = "0,0",
+    axes: AxesOption = "x,y",
     start_offset: Annotated[
         float | None,
         typer.Option(help="Start of the move after the first sample [s]; without: clock free."),
@@ -63,84 +72,123 @@ def klipper(
     origin, start, end = point(centre, "centre"), *_ends(move)
     described = Move(_from(start, origin), _from(end, origin), speed, accel, start_offset)
     recording = import_klipper(file, described, axes, chosen.parameters["pulley_radius"])
-    check_stage(recording, chosen)
-    write_recording(recording, out)
-    label(chosen)
-    say(f"recording: {out}")
+    _keep(recording, chosen, out)
 
 
-MapOption = Annotated[
-    list[str],
-    typer.Option("--map", metavar="OURS=THEIRS[UNIT]", help="A channel and its column; repeat."),
-]
-
-
-@app.command("mat")
-def mat(
-    file: Annotated[Path, typer.Argument(metavar="FILE.mat", help="MATLAB file, to version 7.")],
-    columns: MapOption,
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")],
-    about: Annotated[
-        list[str] | None,
-        typer.Option("--about", metavar="KEY:VALUE", help="A line of metadata; repeat."),
+@app.command("resonance")
+def resonance(
+    file: Annotated[Path, typer.Argument(metavar="FILE.csv", help="Raw samples of the test.")],
+    axis: Annotated[str, typer.Option(metavar="AXIS", help="x, y, or a direction such as 1,-1.")],
+    at: Annotated[str, typer.Option(metavar="X,Y", help="Where the test was made [m].")],
+    out: OutOption,
+    centre: CentreOption = "0,0",
+    axes: AxesOption = "x,y",
+    old: Annotated[
+        bool, typer.Option("--old", help="Klipper before 2024-12-05: swings about the point.")
+    ] = False,
+    min_freq: Annotated[float | None, typer.Option(help="First frequency [Hz]; 5.")] = None,
+    max_freq: Annotated[
+        float | None, typer.Option(help="Last frequency [Hz]; 135, with --old 133.33.")
+    ] = None,
+    accel_per_hz: Annotated[
+        float | None, typer.Option(help="[m/s^2 per Hz]; 0.060, with --old 0.075.")
+    ] = None,
+    hz_per_sec: Annotated[float | None, typer.Option(help="[Hz/s]; 1.")] = None,
+    sweeping_accel: Annotated[float | None, typer.Option(help="[m/s^2]; 0.4; not --old.")] = None,
+    sweeping_period: Annotated[float | None, typer.Option(help="[s]; 1.2; 0: none.")] = None,
+    max_accel: Annotated[
+        float | None, typer.Option(help="The machine's own, for the last stop [m/s^2]; 3.")
+    ] = None,
+    start_offset: Annotated[
+        float | None,
+        typer.Option(help="First pulse after the first sample [s]; without: found, clock free."),
     ] = None,
     machine: MachineOption = ASSUMED,
 ) -> None:
-    """Turn a MATLAB file into a recording, by a map of its variables with their units.
+    """Turn the raw samples of Klipper's TEST_RESONANCES into a recording.
 
-    Units: s ms us, m mm um, m/s mm/s, m/s^2 mm/s^2 g, rad deg rev steps, V mV, A mA; without one,
-    that of the channel. A length given for an angle is travel over the machine's pulley radius.
-
-    Examples:
-
-    corexy import mat run.mat --map time=t --map "phi1=ref[mm]" --map "x=pos[mm]" --about
-    "controller: pd kp=20 kd=0.1" --about "motors: 1" --machine axis.toml --out run.csv
-    """
-    _import_columns(file, columns, out, about, machine)
-
-
-@app.command("csv")
-def csv(
-    file: Annotated[Path, typer.Argument(metavar="FILE.csv", help="A table with a header.")],
-    columns: MapOption,
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")],
-    about: Annotated[
-        list[str] | None,
-        typer.Option("--about", metavar="KEY:VALUE", help="A line of metadata; repeat."),
-    ] = None,
-    machine: MachineOption = ASSUMED,
-) -> None:
-    """Turn a table of numbers into a recording, by a map of its columns with their units.
-
-    Units as of ``corexy import mat``.
+    The commanded pulses are rebuilt from the test's settings (`[resonance_tester]`, there in mm).
+    The file must be of `OUTPUT=raw_data`: a spectrum holds no course of time.
 
     Examples:
 
-    corexy import csv log.csv --map "time=t_ms[ms]" --map "phi1=m1[deg]" --map "phi2=m2[deg]"
-    --map "ax=acc_x[g]" --about "clock: free" --out run.csv
+    corexy import resonance raw_data_x.csv --axis x --at 0.125,0.125 --centre 0.125,0.125
+    --axes=-z,+y --machine machine.toml --out x_sweep.csv
     """
-    _import_columns(file, columns, out, about, machine)
-
-
-def _import_columns(
-    file: Path, columns: list[str], out: Path, about: list[str] | None, machine: str
-) -> None:
-    """Write the recording, once it reads back as one."""
     chosen = load_machine(machine)
-    told = dict(_about(line) for line in about or [])
-    recording = import_columns(file, columns, told, chosen.parameters["pulley_radius"])
-    check_drive(recording, chosen)
+    given = {"first": min_freq, "last": max_freq, "per_hertz": accel_per_hz, "rate": hz_per_sec,
+             "sweep": sweeping_accel, "period": sweeping_period, "stop": max_accel}  # fmt: skip
+    test = changed(OLD if old else NEW, given)
+    start = _from(point(at, "at"), point(centre, "centre"))
+    radius = chosen.parameters["pulley_radius"]
+    recording = import_resonance(file, test, _direction(axis), start, axes, radius, start_offset)
+    say(f"first pulse {recording.metadata['first_pulse']}")
+    _keep(recording, chosen, out)
+
+
+@app.command("motan")
+def motan(
+    file: Annotated[Path, typer.Argument(metavar="NAME.json.gz", help="A capture.")],
+    out: OutOption,
+    centre: CentreOption = "0,0",
+    axes: AxesOption = "x,y",
+    sensor: Annotated[str, typer.Option(help="Which accelerometer, where there are several.")] = "",
+    span: Annotated[
+        str, typer.Option(metavar="T0:T1", help="Only this part, after the first sample [s].")
+    ] = "",
+    machine: MachineOption = ASSUMED,
+) -> None:
+    """Turn a capture of Klipper's motion analysis (data_logger.py) into a recording.
+
+    The toolhead's moves and the accelerometer stand in it on one clock. Input shaping is no part of
+    the moves: turn it off for such a capture.
+
+    Examples:
+
+    corexy import motan mylog.json.gz --centre 0.125,0.125 --axes x,y --machine machine.toml
+    --out run.csv
+    """
+    chosen = load_machine(machine)
+    recording = import_motan(
+        file, axes, point(centre, "centre"), chosen.parameters["pulley_radius"], sensor, _span(span)
+    )
+    if "shaper" in recording.metadata:
+        say("input shaping is configured in this capture; the commands here are those before it")
+    _keep(recording, chosen, out)
+
+
+def _keep(recording: Recording, machine: Machine, out: Path) -> None:
+    """Write a recording that stays on the stage."""
+    check_stage(recording, machine)
     write_recording(recording, out)
-    label(chosen)
+    label(machine)
     say(f"recording: {out}")
 
 
-def _about(line: str) -> tuple[str, str]:
-    """Key and value of one line of metadata."""
-    key, colon, value = line.partition(":")
-    if not colon or not key.strip():
-        raise InputError(f"about: found {line!r}, expected KEY: VALUE")
-    return key.strip(), value.strip()
+def _direction(text: str) -> tuple[float, float]:
+    """x, y, or two numbers."""
+    found = DIRECTIONS.get(text.strip().lower())
+    if found is None:
+        try:
+            found = point(text, "axis")
+        except InputError:
+            found = (0.0, 0.0)
+    if found == (0.0, 0.0):
+        raise InputError(f"axis: found {text!r}, expected x, y, or a direction such as 1,-1")
+    return found
+
+
+def _span(text: str) -> tuple[float, float] | None:
+    """Begin and end [s]; None for nothing."""
+    if not text:
+        return None
+    try:
+        begin, end = (float(part) for part in text.split(":"))
+    except ValueError:
+        begin = end = 0.0
+    if not 0 <= begin < end:
+        raise InputError(f"span: found {text!r}, expected T0:T1 in s such as 2:9.5")
+    return begin, end
 
 
 def _ends(text: str) -> tuple[tuple[float, float], tuple[float, float]]:

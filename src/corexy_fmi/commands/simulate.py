@@ -14,6 +14,7 @@ from corexy_fmi.commands.screen import assumed_machine, label, provenance, say
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import INPUTS, check_drive, read_recording, write_recording
 
+CARRIED = ("controller", "motors")  # metadata without which it could not be replayed
 RESPONSE = ("x", "y", "vx", "vy", "ax", "ay", "phi1_meas", "phi2_meas")
 
 
@@ -40,7 +41,7 @@ def simulate(
     chosen = load_machine(machine or assumed_machine([given]))
     check_drive(given, chosen)
     response = run(plant, chosen, given)
-    loop = {key: text for key, text in given.metadata.items() if key == "controller"}
+    loop = {key: text for key, text in given.metadata.items() if key in CARRIED}
     channels = {name: response[name] for name in _columns(response.channels)}
     made = replace(
         response, name=out.name, channels=channels, metadata={**loop, **provenance(chosen, plant)}

@@ -24,10 +24,15 @@ def _mismatch(retuned: Replay, explained: Replay, channel: int) -> Array:
 
 
 def _excess(retuned: Replay, explained: Replay) -> tuple[Array, Array]:
-    """Time [s] and energy of the mismatch (squared, in noise units), channels pooled."""
+    """Time [s] and energy of the mismatch (squared, in noise units), channels pooled.
+
+    They are those of place and acceleration; speeds and encoders count where there is no other.
+    """
     times, energy = [], []
+    channels = {s.channel for s in retuned.run.samples}
+    counted = channels & {"x", "y", "ax", "ay"} or channels
     for c, samples in enumerate(retuned.run.samples):
-        if samples.channel in ("x", "y", "ax", "ay"):
+        if samples.channel in counted:
             scale = max(float(np.std(explained.errors[c])), 1e-15)
             times.append(retuned.run.excitation.time[samples.index])
             energy.append((_mismatch(retuned, explained, c) / scale) ** 2)

@@ -21,10 +21,11 @@ FACTORS = {
     "m": ("m", 1.0), "mm": ("m", 1e-3), "um": ("m", 1e-6),
     "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3),
     "m/s^2": ("m/s^2", 1.0), "mm/s^2": ("m/s^2", 1e-3), "g": ("m/s^2", GRAVITY),
-    "rad": ("rad", 1.0), "deg": ("rad", np.pi / 180), "rev": ("rad", 2 * np.pi),
-    "steps": ("rad", 2 * np.pi / 200),
+    "rad": ("rad", 1.0), "deg": ("rad", np.pi / 180), "degrees": ("rad", np.pi / 180),
+    "rev": ("rad", 2 * np.pi), "steps": ("rad", 2 * np.pi / 200),
     "V": ("V", 1.0), "mV": ("V", 1e-3), "A": ("A", 1.0), "mA": ("A", 1e-3),
 }  # fmt: skip
+STEPS = re.compile(r"steps(?P<turn>\d+)?(?:/(?P<micro>\d+))?")  # steps400/16
 ENTRY = re.compile(r"\s*(?P<ours>\w+)\s*=\s*(?P<theirs>[^\[\]]+?)\s*(?:\[(?P<unit>[^\]]+)\])?\s*")
 
 
@@ -33,12 +34,14 @@ def import_columns(
 ) -> Recording:
     """The recording of a table's columns.
 
-    Each entry is ``ours=theirs`` or ``ours=theirs[unit]``; ``time`` must be among ours.  A length
-    as an angle is travel over ``radius`` [m], with steps 200 to a turn.
+    Each entry is ``ours=theirs`` or ``ours=theirs[unit]``; ``time`` must be among ours.  Without
+    any, columns that have our names are taken as they are.  A length as an angle is travel over
+    ``radius`` [m]; steps are 200 to a turn, ``steps400/16`` 16 microsteps of 400.
     Raises InputError for an entry, column or unit that is unknown, and for columns that differ in
     length.
     """
     table = _mat(path) if path.suffix.lower() == ".mat" else _csv(path)
+    entries = entries or [f"{name}={name}" for name in table if name in UNITS]
     channels = dict(_mapped(entry, table, path, radius) for entry in entries)
     lengths = {name: len(values) for name, values in channels.items()}
     if "time" not in channels:
@@ -71,13 +74,20 @@ def _either(known: Mapping[str, object], name: str) -> str:
 
 def _factor(wanted: str, unit: str, entry: str, radius: float) -> float:
     """What to multiply by; raises InputError where the unit does not fit."""
-    base, factor = FACTORS.get(unit, ("", 0.0))
+    base, factor = FACTORS.get(unit) or _steps(unit)
     if (base, wanted) == ("m", "rad"):
         return factor / radius
     if base != wanted:
         fits = [n for n, (b, _) in FACTORS.items() if b in (wanted, "m" if wanted == "rad" else "")]
         raise InputError(f"map: {entry!r}: unit {unit!r}, expected one of {', '.join(fits)}")
     return factor
+
+
+def _steps(unit: str) -> tuple[str, float]:
+    """Unit and factor of steps such as ``steps400/16``; nothing for another text."""
+    found = STEPS.fullmatch(unit)
+    turn = int(found["turn"] or 200) * int(found["micro"] or 1) if found else 0
+    return ("rad", 2 * np.pi / turn) if turn else ("", 0.0)
 
 
 def _csv(path: Path) -> dict[str, Array]:
