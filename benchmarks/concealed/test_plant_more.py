@@ -11,6 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import cases
 import plant
 from plant.bends import tension
 from plant.laws import limited
@@ -390,6 +391,24 @@ def test_a_frame_takes_the_momentum_of_the_stage():
     assert np.abs(lost).max() < 1e-3 * np.abs(momentum).max()
 
 
+def test_creep_and_a_frame_go_on_while_friction_holds_the_stage():
+    held = machine(carriage_coulomb_friction=2.0, bridge_coulomb_friction=2.0,
+                   pulley_coulomb_friction=2e-3)  # fmt: skip
+    t = np.arange(0.0, 1.0, STEP)
+    run = run_to(np.minimum(0.1 * t, 0.005), 0 * t)
+    mode = {"mass": 0.5, "frequency": 8.0, "damping_ratio": 0.01}
+    u = trajectory(pack(held, "stepper", slots("frame_mode", "frame", mode)), run)[0][:, 14]
+    assert np.ptp(u[-125:]) > 0.5 * np.ptp(u[200:325]) > 1e-8
+    creep = slots("belt_relaxation", "belts", {"ratio": 0.5, "time_constant": 0.5})
+    there, back = np.linspace(0.0, 0.005, 50), np.linspace(0.005, 0.0, 50)
+    for more, least, most in ((creep, 1e-6, 1e-3), ({}, 0.0, 1e-7)):
+        ends = []
+        for rest in (500, 1000):
+            x = np.concatenate([there, np.full(rest, 0.005), back])
+            ends.append(shown(held, run_to(x, 0 * x), more)["x"][-50:])
+        assert least <= np.abs(ends[0] - ends[1]).max() < most
+
+
 WORLDS = {d: draw_world(5, s, "yin2018", None, "effect", "full")
           for d, s in (("stepper", "commissioning"), ("dc", "dc"))}  # fmt: skip
 
@@ -410,6 +429,20 @@ def test_every_location_can_be_drawn(drive):
     assert sum(e.drives == ("stepper",) for e in FULL) == 3
     assert sum(e.drives == ("dc",) for e in FULL) == 4
     assert len(FULL) == len(NAMED) == 35
+
+
+def test_the_proof_asks_for_what_the_plant_has():
+    assert set(cases.CATALOGUES["full"]) == set(NAMED)
+    assert {n for n, e in NAMED.items() if e.drives == ("stepper",)} == set(cases.STEPPER_ONLY)
+    assert {n for n, e in NAMED.items() if e.drives == ("dc",)} == set(cases.DC_ONLY)
+    wanted = dict(cases.published(9, 3, 3, "full"))
+    assert len(wanted) == 9 * 35 + 3 + 6
+    assert all(w["catalogue"] == "full" for w in wanted.values())
+    for w in wanted.values():
+        if w["kind"] == "effect":
+            drive = "dc" if w["setting"] == "dc" else "stepper"
+            assert NAMED[w["effect"]].places(drive)
+    assert not any("catalogue" in w for _, w in cases.published(2, 2, 2))
 
 
 def test_two_effects_never_share_the_numbers_of_the_solver():

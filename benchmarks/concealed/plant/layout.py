@@ -71,10 +71,12 @@ _MORE = """
 """
 MORE = _MORE.split()
 # of these, what makes a law of laws.py act, what makes it act while all rests, what bends a belt
-_IN_TIME = "warm_x warm_y winding_time beat_x beat_y beat_motor1 beat_motor2"
+_IN_TIME = """
+    warm_x warm_y winding_time beat_x beat_y beat_motor1 beat_motor2 damping_time creep_ratio
+    frame_mass rack_stiffness
+"""
 _BESIDE = """
-    bristle_x bristle_y spot_x spot_y load_x load_y drag_x drag_y damping_time creep_ratio detent
-    ripple frame_mass cable_x cable_y
+    bristle_x bristle_y spot_x spot_y load_x load_y drag_x drag_y detent ripple cable_x cable_y
 """
 _BENDING = "pretension hardening tooth1 tooth2 rack_stiffness"
 RUNOUT = [f"runout_{what}{i}" for what in ("size", "phase") for i in range(1, 11)]
