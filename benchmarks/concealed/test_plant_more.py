@@ -477,7 +477,10 @@ def test_a_drawn_case_has_the_evidence_that_was_asked_for(name, setting):
     (effect,) = case.truth["effects"]
     assert effect["name"] == name
     assert 0.0 <= case.truth["E_sep"] <= case.truth["E"]
-    assert case.truth["E"] == pytest.approx(1000.0, rel=0.2)
+    if case.truth["size_at_bound"]:
+        assert case.truth["E"] < 1000.0
+    else:
+        assert case.truth["E"] == pytest.approx(1000.0, rel=0.2)
     json.dumps(case.truth)
     if name == "periodic_disturbance":
         assert {k for k in effect["parameters"] if "@" in k} == {
