@@ -96,11 +96,12 @@ def main() -> None:
     """Run one case and print one screen."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--catalogue", choices=("ten", "full"), default="ten")
     parser.add_argument("--no-controls", action="store_true", help="only the blind case itself")
     arguments = parser.parse_args()
     console, begun = Console(width=132), time.monotonic()
     with console.status("the plant draws a case"):
-        case = plant.draw(arguments.seed)
+        case = plant.draw(arguments.seed, catalogue=arguments.catalogue)
         seal, sealed = plant.seal(case)
     console.print(f"seed {arguments.seed}   seal sha256 {seal}")
     with console.status("the engine diagnoses, blind"):

@@ -17,13 +17,14 @@ import plant
 from rich.progress import track
 
 from benchmarks.concealed.blind import load
-from benchmarks.concealed.cases import EFFECTS, published, seed_of, strikes
+from benchmarks.concealed.cases import CATALOGUES, published, seed_of, strikes
 from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.score import score
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import Diagnosis, diagnose
 
 RESULTS = Path("benchmarks/results")
+OUT = {"ten": "proof.jsonl", "full": "full.jsonl"}
 KEPT = ("verdict", "ambiguous_between", "heldout")
 
 
@@ -85,7 +86,8 @@ def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dic
     _append(seals, {"name": name, "seed": seed, "seal": seal})
     drawn = time.monotonic()
     train, holdout, machine = load(case)
-    unknown = frozenset(catalogue()) - set(EFFECTS)  # what the plant does not know yet
+    drawn_from = CATALOGUES[wanted.get("catalogue", "ten")]
+    unknown = frozenset(catalogue()) - set(drawn_from)  # what this draw of the plant lacks
     found = diagnose(train, holdout, machine, jobs=1, without=unknown)
     seconds = {
         "draw": drawn - begun,
@@ -123,13 +125,18 @@ def main() -> None:
     )
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
-    parser.add_argument("--out", type=Path, default=RESULTS / "proof.jsonl")
+    parser.add_argument(
+        "--catalogue", choices=CATALOGUES, default="ten", help="the plant's: ten effects or all 35"
+    )
+    parser.add_argument("--out", type=Path, help="default: results/proof.jsonl, full.jsonl of all")
     arguments = parser.parse_args()
+    arguments.out = arguments.out or RESULTS / OUT[arguments.catalogue]
     index, shards = map(int, arguments.shard.split("/"))
     out = arguments.out.with_suffix(f".{index}.jsonl") if shards > 1 else arguments.out
     out.parent.mkdir(parents=True, exist_ok=True)
     done = {e["name"] for e in read(out) if e.get("origin") == arguments.origin}
-    cases = published(arguments.effects, arguments.nulls, arguments.others)[index::shards]
+    counts = (arguments.effects, arguments.nulls, arguments.others)
+    cases = published(*counts, arguments.catalogue)[index::shards]
     begun = time.monotonic()
     for name, wanted in track([c for c in cases if c[0] not in done], description="blind cases"):
         if time.monotonic() - begun > 60 * arguments.minutes:

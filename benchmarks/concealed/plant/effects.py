@@ -35,10 +35,22 @@ class Effect:
     drives: tuple = ("stepper", "dc")
     signed: bool = False
     on_stage: bool = False  # acts as a force on x or y
-    spans: bool = False  # the shapes of the grid are the two quadratures of one signature
+    group: int = 1  # so many shapes of the grid span one signature (2: two quadratures)
+    dc_only: tuple = ()  # locations where imposed angles leave it without effect
+    tied: tuple = ()  # parameters that a rival of the same kind elsewhere shares
+    own: Callable | None = None  # parameters of one recording: from the run and the others
+    spread: Callable | None = None  # all parameters, where several follow from the size
 
     def parameters(self, size, shape):
+        if self.spread:
+            return self.spread(size, shape)
         return {self.size_name: float(self.value(size)), **shape}
+
+    def places(self, drive):
+        """Locations that a drive allows."""
+        if drive not in self.drives:
+            return ()
+        return tuple(p for p in self.locations if drive == "dc" or p not in self.dc_only)
 
 
 def stribeck(where, p, form):
@@ -108,7 +120,7 @@ CATALOGUE = (
     ),
     Effect(
         "pulley_eccentricity", (*MOTORS, *(f"pulley{i}" for i in range(3, 11))), "amplitude",
-        (5e-7, 2e-4), eccentricity, 2e-6, spans=True, grid=QUADRATURES,
+        (5e-7, 2e-4), eccentricity, 2e-6, group=2, grid=QUADRATURES,
         shape=lambda rng: {"phase": float(rng.uniform(-math.pi, math.pi))},
     ),
     Effect(

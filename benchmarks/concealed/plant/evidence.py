@@ -127,6 +127,10 @@ class Model:
             shown = channels(self.machine(theta, more), self.experiment.runs[k], bend)
         return whitened_run(shown, self.experiment.noise[k])
 
+    def lengths(self):
+        """Number of whitened samples of each run."""
+        return [sum(int(np.sum(n[2])) for n in one.values()) for one in self.experiment.noise]
+
     def output(self, theta, more=None):
         runs = range(len(self.experiment.runs))
         return np.concatenate([self.output_run(theta, k, more) for k in runs])
@@ -134,7 +138,7 @@ class Model:
     def jacobian(self, theta, here):
         """Finite differences; a deflection moves its own recording only."""
         out = np.zeros((len(here), self.size))
-        lengths = [sum(int(np.sum(n[2])) for n in one.values()) for one in self.experiment.noise]
+        lengths = self.lengths()
         ends = np.cumsum(lengths)
         for i in range(self.size):
             nominal = i < self.n_machine

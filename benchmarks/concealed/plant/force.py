@@ -3,11 +3,12 @@
 import numpy as np
 from numba import njit
 
-from .kernel import accelerate, dry_level
-from .layout import N_COORD, PUSH, SLOT, A, F, Q, V
+from .kernel import accelerate
+from .laws import dry_level
+from .layout import EXTRA, NOW, PUSH, SLOT, A, F, Q, V
 from .machines import pack
 from .motions import STEP
-from .recording import trajectory
+from .recording import per_recording, trajectory
 from .scale import true_machine
 
 KIND, SIZE = SLOT["odd_kind"], SLOT["odd_size"]
@@ -16,24 +17,26 @@ FORCE_X = SLOT["force_x"]
 
 @njit(cache=True)
 def stage_forces(w, qs, vs):
-    """Forces on x, y but dry friction at given states."""
-    out = np.empty((qs.shape[0], 2))
+    """Forces on x, y but dry friction at given states; dry friction beyond the known levels."""
+    out, extra = np.empty((qs.shape[0], 2)), np.empty((qs.shape[0], 2))
     for n in range(qs.shape[0]):
-        for i in range(N_COORD):
+        for i in range(qs.shape[1]):
             w[Q + i], w[V + i] = qs[n, i], vs[n, i]
+        w[NOW] = n * STEP
         w[PUSH], w[PUSH + 1] = w[FORCE_X], w[FORCE_X + 1]
         accelerate(w, Q, V, F, A, 0.0)
         out[n, 0], out[n, 1] = w[F], w[F + 1]
-    return out
+        extra[n, 0], extra[n, 1] = w[EXTRA], w[EXTRA + 1]
+    return out, extra
 
 
 @njit(cache=True)
-def extra_friction(w, plain, forces, vs, modes):
+def extra_friction(w, plain, forces, extra, vs, modes):
     """Dry friction on x, y beyond what the plain machine's could be at the same instant."""
     out = np.zeros((vs.shape[0], 2))
     for n in range(vs.shape[0]):
         for i in range(2):
-            most = dry_level(plain, i, 0.0)
+            most, w[EXTRA + i] = dry_level(plain, i, 0.0), extra[n, i]
             if modes[n, i] == 0.0:
                 over = max(abs(forces[n, i]) - most, 0.0)
                 out[n, i] = -over if forces[n, i] > 0.0 else over
@@ -45,11 +48,12 @@ def extra_friction(w, plain, forces, vs, modes):
 def along(w, plain, run):
     """Added force at each row of a run, columns x and y."""
     qs, vs, modes, _ = trajectory(w, run)
-    forces = stage_forces(w.copy(), qs, vs)
-    added = forces - stage_forces(plain.copy(), qs, vs)
+    w = per_recording(w, run)
+    forces, extra = stage_forces(w.copy(), qs, vs)
+    added = forces - stage_forces(plain.copy(), qs, vs)[0]
     if w[KIND] >= 7.0:
         added[:, int(w[KIND]) - 7] += w[SIZE] * run.gusts[:, int(w[KIND]) - 7]
-    return added + extra_friction(w, plain, forces, vs, modes)
+    return added + extra_friction(w.copy(), plain, forces, extra, vs, modes)
 
 
 def planted_force(world, planted):

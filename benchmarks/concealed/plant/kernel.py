@@ -10,90 +10,63 @@ import math
 
 from numba import njit
 
-from .bends import belt, odd_force
+from .bends import belt, odd_force, straight_belts
+from .laws import BRISTLE, FM, LOAD, SPOT, WARM, WINDING, beyond, dry_level, frame
 from .layout import (
+    BENDING,
     BENT_BELTS,
     BENT_DRY,
+    BESIDE,
+    BEYOND,
     DRIVEN,
     DRY,
     FREEDOM,
+    IN_TIME,
     LEVEL,
     MOBILITY,
+    MODE,
     MORE_FORCES,
-    N_COORD,
     PAD,
     PUSH,
+    RESTLESS,
     SLOT,
     SMOOTH_TURN,
     STIFFNESS,
     VISCOUS,
+    WOUND,
+    YAW,
 )
 
 S = SLOT
 (R, MX, MY, MP, JP, JM, AE, W, H, C, B1, B2, F1, F2, BP, TF, K1, K2) = range(18)
 DC, SMOOTH = S["dc"], S["smooth_speed"]
-SX, SY, SV, SF = S["stribeck_x"], S["stribeck_y"], S["stribeck_speed"], S["stribeck_form"]
+SX, SY = S["stribeck_x"], S["stribeck_y"]
 GAP, MISMATCH, REAL, RUNOUT = S["gap1"], S["mismatch"], S["real_lengths"], S["runout"]
 TH, TD = S["holding_torque"], S["magnetic_damping"]
 TM, TK, TC = S["tool_mass"], S["tool_stiffness"], S["tool_damping"]
 ODD = S["odd_kind"]
+RACK, RACK_INERTIA, RACK_DAMPING = (S[f"rack_{n}"] for n in ("stiffness", "inertia", "damping"))
 STEEPEST = 1e5  # fastest rate of a smoothed sgn on a pulley [1/s]
-
-
-@njit(cache=True)
-def straight_belts(w, q, f):
-    """Elastic forces of both belts in the paper's own form, (6)."""
-    r, x, y, k = w[R], w[q], w[q + 1], STIFFNESS
-    t1, t3, t9, t8, t6 = w[q + 2], w[q + 4], w[q + 10], w[q + 9], w[q + 7]
-    f1, f2 = w[k] * (x + r * t3), w[k + 1] * (y - r * (t3 + t1))
-    f3, f4 = w[k + 2] * r * (t1 - t9), w[k + 3] * r * (t9 - t8)
-    f5, f6 = w[k + 1] * (r * (t8 - t6) - y), w[k] * (r * t6 - x)
-    t1, t3, t9, t8, t6 = w[q + 3], w[q + 5], w[q + 11], w[q + 8], w[q + 6]
-    g1, g2 = -w[k + 4] * (x + r * t3), w[k + 5] * (y + r * (t3 + t1))
-    g3, g4 = w[k + 6] * r * (t9 - t1), w[k + 7] * r * (t8 - t9)
-    g5, g6 = w[k + 5] * (r * (t6 - t8) - y), w[k + 4] * (x - r * t6)
-    w[f], w[f + 1] = f6 - f1 + g1 - g6, f5 - f2 + g5 - g2
-    w[f + 2], w[f + 3] = r * (f2 - f3), r * (g3 - g2)
-    w[f + 4], w[f + 5] = r * (f2 - f1), r * (g1 - g2)
-    w[f + 10], w[f + 11] = r * (f3 - f4), r * (g4 - g3)
-    w[f + 9], w[f + 8] = r * (f4 - f5), r * (g5 - g4)
-    w[f + 7], w[f + 6] = r * (f5 - f6), r * (g6 - g5)
-
-
-@njit(cache=True)
-def stribeck(w, extra, speed):
-    """Extra friction over Coulomb's, as a share: exponential, Lorentzian or Gaussian fall."""
-    if extra == 0.0:
-        return 0.0
-    u = abs(speed) / w[SV]
-    if w[SF] == 0.0:
-        return extra * math.exp(-u)
-    if w[SF] == 1.0:
-        return extra / (1.0 + u * u)
-    return extra * math.exp(-u * u)
-
-
-@njit(cache=True)
-def dry_level(w, i, speed):
-    """Size of the dry friction on coordinate i; at speed 0 what breaks it loose."""
-    if i < 2:
-        return w[LEVEL + i] * (1.0 + stribeck(w, w[SX + i], speed))
-    return w[LEVEL + i]
 
 
 @njit(cache=True)
 def bent_belts(w, q, f):
     """Elastic forces of both belts with the effects that change them."""
-    for i in range(N_COORD):
+    for i in range(PAD):
         w[f + i] = 0.0
     belt(w, 1.0, q, f)
     belt(w, -1.0, q, f)
+    w[f + YAW] -= w[RACK] * w[q + YAW]
 
 
 @njit(cache=True)
 def more_forces(w, q, v, f, ahead):
     """Forces that effects add beside the belts."""
-    w[f + 12] = w[f + 13] = 0.0
+    if w[BENT_BELTS] == 0.0:
+        for i in range(12, PAD):
+            w[f + i] = 0.0
+    if w[BEYOND] != 0.0:
+        beyond(w, q, v, f, ahead)
     for i in range(2):
         if w[TH] > 0.0:
             slope = w[DRIVEN + 2 + i]
@@ -111,12 +84,15 @@ def more_forces(w, q, v, f, ahead):
 def bent_friction(w, v, f, a):
     """Accelerations where dry friction depends on speed."""
     for i in range(2):
-        if w[SX + i] != 0.0 and w[SMOOTH] == 0.0:
-            way = 1.0 if w[DRY + i] > 0.0 else -1.0
+        bent = w[SX + i] + w[SPOT + i] + w[LOAD + i] + w[WARM + i] != 0.0
+        if bent and w[SMOOTH] + w[BRISTLE + i] == 0.0:
+            way = 1.0 if w[MODE + i] > 0.0 else -1.0
             dry = way * dry_level(w, i, max(way * w[v + i], 0.0))
             w[a + i] = (w[f + i] - dry) * w[FREEDOM + i]
     if w[SMOOTH] > 0.0:
         for i in range(12):
+            if i < 2 and w[BRISTLE + i] > 0.0:
+                continue
             scale = w[SMOOTH] if i < 2 else w[SMOOTH_TURN]
             dry = dry_level(w, i, w[v + i]) * math.tanh(w[v + i] / scale)
             w[a + i] = (w[f + i] - dry) * w[FREEDOM + i]
@@ -140,6 +116,17 @@ def accelerate(w, q, v, f, a, ahead):
         w[a + i] = (w[f + i] - w[DRY + i]) * w[FREEDOM + i]
     if w[BENT_DRY] != 0.0:
         bent_friction(w, v, f, a)
+    if w[FM] > 0.0:
+        frame(w, q, v, a)
+
+
+@njit(cache=True)
+def acts(w, slots):
+    """Whether a number is in any of these slots."""
+    for slot in slots:
+        if w[slot] != 0.0:
+            return 1.0
+    return 0.0
 
 
 @njit(cache=True)
@@ -162,7 +149,19 @@ def derive(w):
     for i in range(12, 14):
         w[MOBILITY + i] = 1.0 / w[TM] if w[TM] > 0.0 else 0.0
     bent = w[GAP] + w[GAP + 1] + w[REAL] > 0.0 or w[RUNOUT] != 0.0
-    w[BENT_BELTS] = 1.0 if bent else 0.0
+    w[BENT_BELTS] = 1.0 if bent else acts(w, BENDING)
     w[SMOOTH_TURN] = max(w[SMOOTH] / w[R], w[TF] / (min(w[JP], w[JM]) * STEEPEST))
-    w[MORE_FORCES] = 1.0 if w[TH] + w[TM] + w[ODD] > 0.0 else 0.0
+    w[RESTLESS] = acts(w, IN_TIME)
+    w[BEYOND] = max(w[RESTLESS], acts(w, BESIDE))
+    w[MORE_FORCES] = 1.0 if w[TH] + w[TM] + w[ODD] > 0.0 else w[BEYOND]
     w[BENT_DRY] = 1.0 if w[SX] != 0.0 or w[SY] != 0.0 or w[SMOOTH] > 0.0 else 0.0
+    for i in range(2):
+        if w[FM] > 0.0:
+            w[MOBILITY + i] += 1.0 / w[FM]
+        if w[SPOT + i] + w[LOAD + i] + w[WARM + i] > 0.0:
+            w[BENT_DRY] = 1.0
+        if w[WINDING] > 0.0:
+            w[FREEDOM + WOUND + i] = 1.0 / w[WINDING]
+    if w[RACK] > 0.0:
+        w[VISCOUS + YAW] = w[RACK_DAMPING]
+        w[FREEDOM + YAW] = 1.0 / w[RACK_INERTIA]

@@ -102,6 +102,24 @@ def pack(values, drive, effect_slots=None):
     return p
 
 
+def added_rates(w, near):
+    """Fastest rates that effects bring [1/s]."""
+    inertia, r = w[SLOT["pulley_inertia"]], w[SLOT["pulley_radius"]]
+    slow = 2.0 if w[SLOT["damping_form"]] == 0.0 else 0.0
+    stiff = 1.0 + w[SLOT["creep_ratio"]] + w[SLOT["damping_time"]] / 4e-3 * (slow == 0.0)
+    tied = max(w[SLOT["bristle_x"]], w[SLOT["bristle_y"]]) / w[SLOT["carriage_mass"]]
+    rates = [slow * near * r * r / inertia * w[SLOT["damping_time"]]]
+    rates += [np.sqrt(2.0 * near * stiff / inertia) * r, np.sqrt(tied)]
+    if w[SLOT["winding_time"]] > 0.0:
+        rates.append(1.0 / w[SLOT["winding_time"]])
+    if w[SLOT["rack_stiffness"]] > 0.0:
+        half = 0.5 * w[SLOT["bridge_pulley_spacing"]]
+        turning = w[SLOT["rack_stiffness"]] + 4.0 * near * half**2
+        rates.append(np.sqrt(turning / w[SLOT["rack_inertia"]]))
+        rates.append(w[SLOT["rack_damping"]] / w[SLOT["rack_inertia"]])
+    return rates
+
+
 def steps_per_ms(w):
     """RK4 steps in a row: enough to be stable for the fastest pole of this machine."""
     drag, inertia = w[SLOT["pulley_viscous_friction"]], w[SLOT["pulley_inertia"]]
@@ -113,6 +131,7 @@ def steps_per_ms(w):
     if w[SLOT["holding_torque"]] > 0.0:
         rates.append((drag + w[SLOT["magnetic_damping"]]) / motor)
         rates.append(np.sqrt(50.0 * w[SLOT["holding_torque"]] / motor))
+    rates += added_rates(w, near)
     smooth = w[SLOT["smooth_speed"]]
     if smooth > 0.0:
         stage = w[SLOT["carriage_coulomb_friction"]] / w[SLOT["carriage_mass"]]

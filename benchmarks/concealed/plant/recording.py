@@ -4,8 +4,9 @@ import io
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
-from .layout import SLOT
+from .layout import SLOT, YAW
 from .machines import GAINS, steps_per_ms
 from .motions import STEP
 from .solver import simulate
@@ -20,15 +21,65 @@ class Run:
     play: float  # where a loose pulley starts in its gap, -1 .. 1
     gusts: np.ndarray  # unit pattern of a random force on x, y
     every: int  # x, y are sampled at each so many rows
+    onset: float = 0.0  # when a warm-up sets in, from the recording's start [s]
+    phase: float = 0.0  # of a periodic force [rad]
+    lost_at: float = 4.0  # when steps are missed [s] ...
+    times_lost: int = 1  # ... and how often those that are planted
+    missing: tuple = ()  # rows that the file lacks
 
     @property
     def time(self):
         return np.arange(len(self.ref)) * STEP
 
 
-def rest_position(w, run, deflection):
+FINE = 4  # rows of a ms where a command has errors between its samples
+
+
+def commanded(w, run):
+    """Angles that the rotors are told, with errors of the driver; and the rows in a ms."""
+    errors = [w[SLOT[n]] for n in ("microstep1", "microstep2", "lost1", "lost2")]
+    if not any(errors):
+        return run.ref, 1
+    t = np.arange(FINE * (len(run.ref) - 1) + 1) * (STEP / FINE)
+    ref = np.column_stack([np.interp(t, run.time, one) for one in run.ref.T])
+    phase, share = w[SLOT["microstep_phase"]], 0.3 * w[SLOT["microstep_form"]]
+    since = (t - w[SLOT["lost_time"]]) / (0.008 if w[SLOT["lost_form"]] else 0.002)
+    gone = np.clip(since, 0.0, 1.0)
+    if w[SLOT["lost_form"]]:
+        gone = 0.5 - 0.5 * np.cos(np.pi * gone)
+    for i in range(2):
+        angle = ref[:, i].copy()
+        for n, part in ((50.0, 1.0), (200.0, share)):
+            ref[:, i] += errors[i] * part * (np.sin(n * angle + phase) - np.sin(phase))
+        ref[:, i] -= errors[2 + i] * np.radians(1.8) * gone
+    return ref, FINE
+
+
+def per_recording(w, run):
+    """The machine with what belongs to one recording."""
+    w = w.copy()
+    w[SLOT["warm_onset"]], w[SLOT["lost_time"]] = run.onset, run.lost_at
+    w[SLOT["beat_phase"]] += run.phase
+    for name in ("lost1", "lost2"):
+        w[SLOT[name]] *= run.times_lost
+    return w
+
+
+def turned(w, angles):
+    """Rotors at rest on their magnetic springs, pulled aside by their cogging."""
+    torque, spring = w[SLOT["detent"]], w[SLOT["holding_torque"]]
+    if torque == 0.0 or spring == 0.0:
+        return angles
+    out = angles
+    for _ in range(20):
+        pull = torque * np.sin(w[SLOT["detent_order"]] * out + w[SLOT["detent_phase"]])
+        out = 0.5 * (out + angles - np.arcsin(np.clip(pull / spring, -1.0, 1.0)) / 50.0)
+    return out
+
+
+def rest_position(w, angles, deflection):
     """Coordinates at rest: idlers in static balance between the motors and the end-effector."""
-    r, (a1, a2), (dx, dy) = w[SLOT["pulley_radius"]], run.ref[0], deflection
+    r, (a1, a2), (dx, dy) = w[SLOT["pulley_radius"]], angles, deflection
     x, y = r * (a1 + a2) / 2 + dx, r * (a1 - a2) / 2 + dy
     near = (w[SLOT["bridge_pulley_spacing"]] - w[SLOT["clip_spacing"]]) / 2
     high, wide = w[SLOT["motor_idler_span"]], w[SLOT["bridge_pulley_spacing"]]
@@ -62,27 +113,55 @@ def at_times(time, values, slopes, when):
 
 def trajectory(w, run, deflection=None):
     """Raw states of a run: q, v, modes and (memory, volts) at every row."""
-    q0 = rest_position(w, run, run.deflection if deflection is None else deflection)
+    w = per_recording(w, run)
+    ref, fine = commanded(w, run)
+    bend = run.deflection if deflection is None else deflection
+    q0 = rest_position(w, turned(w, ref[0]), bend)
     gaps = w[SLOT["gap1"] : SLOT["gap1"] + 2]
-    memory = 0.5 * run.play * gaps + (run.ref[0] if w[SLOT["gap_form"]] == 1.0 else 0.0)
+    memory = 0.5 * run.play * gaps + (ref[0] if w[SLOT["gap_form"]] == 1.0 else 0.0)
     blown = w[SLOT["odd_kind"]] in (7.0, 8.0)
     outer = run.gusts * (w[SLOT["odd_size"]] if blown else 0.0)
     if blown:
         outer = outer * (np.arange(2) == w[SLOT["odd_kind"]] - 7.0)
-    return simulate(w, STEP, run.ref, outer, q0, memory, steps_per_ms(w))
+    if fine > 1:
+        outer = np.repeat(outer, fine, axis=0)
+    steps = -(-steps_per_ms(w) // fine)
+    return tuple(a[::fine] for a in simulate(w, STEP / fine, ref, outer, q0, memory, steps))
+
+
+@njit(cache=True)
+def lagged(values, time_constant, digital):
+    """A first-order filter, and its slope; exact for lines between rows, or backward Euler."""
+    out, slope = values.copy(), np.zeros(len(values))
+    share = STEP / time_constant
+    fade = np.exp(-share)
+    for n in range(1, len(values)):
+        if digital:
+            out[n] = (out[n - 1] + share * values[n]) / (1.0 + share)
+        else:
+            rise = (values[n] - values[n - 1]) / share
+            out[n] = values[n] - rise + fade * (out[n - 1] - values[n - 1] + rise)
+        slope[n] = (values[n] - out[n]) / time_constant
+    return out, slope
 
 
 def channels(w, run, deflection=None, jitter=None):
     """Noise-free channels of a run, each with a value at every row."""
     q, v, _, rest = trajectory(w, run, deflection)
     first = 12 if w[SLOT["tool_mass"]] > 0.0 else 0
-    x, y = q[:, first], q[:, first + 1]
-    late = w[SLOT["delay"]]
-    if late != 0.0 or jitter is not None:
-        when = run.time - late + (0.0 if jitter is None else jitter)
-        x = at_times(run.time, x, v[:, first], when)
-        y = at_times(run.time, y, v[:, first + 1], when)
+    x, y, vx, vy = q[:, first], q[:, first + 1], v[:, first], v[:, first + 1]
+    if w[SLOT["rack_stiffness"]] > 0.0:
+        y, vy = y + q[:, YAW] * x, vy + v[:, YAW] * x + q[:, YAW] * vx
+    if w[SLOT["lag"]] > 0.0:
+        (x, vx), (y, vy) = (lagged(a, w[SLOT["lag"]], w[SLOT["lag_form"]] == 1.0) for a in (x, y))
+    late, drift = w[SLOT["delay"]], w[SLOT["drift"]]
+    if late != 0.0 or jitter is not None or drift != 0.0:
+        when = run.time * (1.0 + drift) - late + (0.0 if jitter is None else jitter)
+        x, y = at_times(run.time, x, vx, when), at_times(run.time, y, vy, when)
     x = x - w[SLOT["skew"]] * y + w[SLOT["bow"]] * y**2
+    turn = w[SLOT["rotation"]]
+    x, y = x - turn * y, y + turn * x
+    x, y = x * (1.0 + w[SLOT["scale_x"]]), y * (1.0 + w[SLOT["scale_y"]])
     out = {"x": x, "y": y}
     if w[SLOT["dc"]] != 0.0:
         out |= {"V1": rest[:, 2], "V2": rest[:, 3], "phi1_meas": q[:, 2], "phi2_meas": q[:, 3]}
@@ -107,5 +186,6 @@ def csv_text(run, shown, taken, drive):
         if name in taken:
             cells = [c if t else "" for c, t in zip(cells, taken[name].tolist(), strict=True)]
         columns.append(cells)
-    out.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))
+    rows = enumerate(zip(*columns, strict=True))
+    out.writelines(",".join(row) + "\n" for k, row in rows if k not in run.missing)
     return out.getvalue()

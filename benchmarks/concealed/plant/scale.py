@@ -118,7 +118,9 @@ def to_target(world, one, target):
 def judge(retuning, planted):
     """E, E_sep and the nearest rival of one effect, from the retuned fit without it."""
     model, found = retuning.model, retuning.last
-    name, location, near = nearest_rival(model, found.theta, found.jac, found.residual, planted)
+    name, location, near = nearest_rival(
+        retuning.world.catalogue, model, found.theta, found.jac, found.residual, planted
+    )
     return {
         "E": found.evidence,
         "E_sep": found.evidence * (1.0 - near**2),

@@ -11,10 +11,11 @@ def log_uniform(rng, low, high):
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def noise_spec(rng, setting, kind, override):
+def noise_spec(rng, setting, kind, override, soil=None):
     """sigma [m], rho of AR(1), blank share, time jitter [s], spike share, friction smoothing.
 
-    Nulls carry imperfect nuisances more often, and some of them only nulls carry.
+    Nulls carry imperfect nuisances more often, and some of them only nulls carry; `soil` (a
+    generator) draws dirty noise for all.
     """
     null = kind == "null"
     low = 1e-5 if setting == "rectangles" else 5e-6
@@ -27,10 +28,20 @@ def noise_spec(rng, setting, kind, override):
         spec["jitter"] = 1e-4 if chance[2] < 0.5 else 0.0
         spec["spikes"] = 0.002 if chance[3] < 0.25 else 0.0
         spec["smooth_speed"] = 5e-5 * 10.0 ** float(smooth) if chance[4] < 0.6 else 0.0
+    spec = spec if soil is None else soiled(soil, spec)
     unknown = set(override or {}) - set(spec)
     if unknown:
         raise ValueError(f"unknown noise keys {sorted(unknown)}; known: {sorted(spec)}")
     return spec | (override or {})
+
+
+def soiled(rng, spec):
+    """White, coloured or dirty, a third each: dirty noise has blanks, outliers and lost rows."""
+    kind = rng.integers(0, 3)
+    if kind < 2:
+        return spec | {"rho": float(kind * rng.uniform(0.5, 0.9)), "dropout": 0.0, "missing": 0.0}
+    shares = {"dropout": (0.01, 0.03), "spikes": (5e-4, 3e-3), "missing": (2e-3, 0.01)}
+    return spec | {n: float(rng.uniform(*bounds)) for n, bounds in shares.items()}
 
 
 def bursts(rng, taken, share):
@@ -50,10 +61,12 @@ def draw_masks(rng, spec, runs, drive):
     out = []
     for run in runs:
         grid = np.arange(len(run.ref)) % run.every == 0
+        grid[list(run.missing)] = False
         seen = bursts(rng, grid, spec["dropout"])
         one = dict.fromkeys(("x", "y"), (spec["sigma"], spec["rho"], seen))
         if drive == "dc":
             full = np.ones(len(run.ref), bool)
+            full[list(run.missing)] = False
             one |= {f"phi{i}_meas": (spec["sigma_phi"], 0.0, full) for i in (1, 2)}
         out.append(one)
     return tuple(out)

@@ -8,12 +8,14 @@ import numpy as np
 from numba import njit
 
 from .bends import belt
-from .kernel import DC, GAP, K1, SMOOTH, TH, TM, accelerate, dry_level
+from .kernel import DC, GAP, K1, SMOOTH, TH, TM, accelerate
+from .laws import BRISTLE, DEAD, SUPPLY, dry_level, limited, seat, settle
 from .layout import (
     A1,
     AA,
     AB,
     AC,
+    BEYOND,
     DRIVEN,
     DRY,
     F1,
@@ -24,15 +26,19 @@ from .layout import (
     MOBILITY,
     MODE,
     N_COORD,
+    NOW,
     PAD,
     PUSH,
     Q1,
     QS,
+    RESTLESS,
+    SEEN,
     SLOT,
     V1,
     VA,
     VB,
     VC,
+    WOUND,
     A,
     F,
     Q,
@@ -42,6 +48,7 @@ from .layout import (
 KP, KD, GAP_FORM = SLOT["kp"], SLOT["kd"], SLOT["gap_form"]
 FORCE_X = SLOT["force_x"]
 MAX_EVENTS, SHORTEST = 40, 1e-9
+SHOWN = WOUND + 2  # coordinates that are shown
 
 
 @njit(cache=True)
@@ -116,6 +123,7 @@ def remember(w):
 def advance(w, h, ahead):
     """One step of length h, cut at events; Q, V, F, A end consistent."""
     left, events = h, 0
+    w[SEEN] = ahead
     while left > SHORTEST:
         rk4(w, left, ahead)
         share, which = first_event(w)
@@ -130,6 +138,9 @@ def advance(w, h, ahead):
             ahead += share * left
             left -= share * left
             remember(w)
+            if w[BEYOND] != 0.0:
+                settle(w, ahead - w[SEEN])
+                w[SEEN] = ahead
         if which >= 0:
             switch(w, which)
 
@@ -141,10 +152,13 @@ def start(w, q0, memory0):
         mode = FREE if w[SMOOTH] > 0.0 or i >= 12 else 0
         if (2 <= i < 4 and w[DC] + w[TH] == 0.0) or (i >= 12 and w[TM] == 0.0):
             mode = IMPOSED
+        if i < 2 and w[BRISTLE + i] > 0.0:
+            mode = FREE
         set_mode(w, i, mode)
         w[Q + i], w[V + i] = q0[i], 0.0
     w[MEMORY], w[MEMORY + 1] = memory0[0], memory0[1]
     remember(w)
+    seat(w)
 
 
 @njit(cache=True)
@@ -161,13 +175,15 @@ def apply_row(w, angle, slope, outer):
         two = w[KP] * (angle[1] - w[Q + 3]) + w[KD] * (slope[1] - w[V + 3])
         w[PUSH + 2], w[PUSH + 3] = w[K1] * one, w[K1] * two
         volts = (one, two)
+        if w[DEAD] + w[SUPPLY] > 0.0:
+            w[PUSH + 2], w[PUSH + 3] = w[K1] * limited(w, one), w[K1] * limited(w, two)
     return volts
 
 
 @njit(cache=True)
 def at_rest(w):
     """Nothing moves, nothing can within this row, and nothing breaks loose."""
-    if w[DRIVEN + 2] != 0.0 or w[DRIVEN + 3] != 0.0:
+    if w[DRIVEN + 2] != 0.0 or w[DRIVEN + 3] != 0.0 or w[RESTLESS] != 0.0:
         return False
     for i in range(N_COORD):
         if w[V + i] != 0.0 or w[FREEDOM + i] != 0.0:
@@ -181,15 +197,18 @@ def at_rest(w):
 def simulate(machine, step, ref, outer, q0, memory0, substeps):
     """Positions, speeds, modes, (memory, volts) at every row of the angles `ref`."""
     rows, w, h = ref.shape[0], machine.copy(), step / substeps
-    qs, vs = np.empty((rows, N_COORD)), np.empty((rows, N_COORD))
+    qs, vs = np.empty((rows, SHOWN)), np.empty((rows, SHOWN))
     modes, rest = np.empty((rows, N_COORD)), np.zeros((rows, 4))
     start(w, q0, memory0)
     for n in range(rows):
         after = min(n + 1, rows - 1)
         rest[n, 2:] = apply_row(w, ref[n], (ref[after] - ref[n]) / step, outer[n])
+        for i in range(SHOWN):
+            qs[n, i], vs[n, i] = w[Q + i], w[V + i]
         for i in range(N_COORD):
-            qs[n, i], vs[n, i], modes[n, i] = w[Q + i], w[V + i], w[MODE + i]
+            modes[n, i] = w[MODE + i]
         rest[n, 0], rest[n, 1] = w[MEMORY], w[MEMORY + 1]
+        w[NOW], w[SEEN] = n * step, 0.0
         accelerate(w, Q, V, F, A, 0.0)
         if n + 1 == rows or at_rest(w):
             continue

@@ -4,14 +4,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import effects, outside
+from . import outside
+from .effects import CATALOGUE
 from .evidence import Experiment
 from .machines import BASES, base, draw_truth, free_groups
+from .more import FULL
 from .motions import STEP, draw_motion
 from .planted import Planted
 from .recording import Run
 from .sensors import draw_masks, noise_spec
 
+CATALOGUES = {"ten": CATALOGUE, "full": FULL}
 SETTINGS = ("rectangles", "commissioning", "dc")
 FILES = ("train1.csv", "train2.csv", "holdout1.csv")
 
@@ -27,6 +30,11 @@ class World:
     runs: tuple
     masks: tuple
     noise: dict
+    known: str = "ten"
+
+    @property
+    def catalogue(self):
+        return CATALOGUES[self.known]
 
     @property
     def drive(self):
@@ -60,7 +68,25 @@ def gusts(rng, rows):
     return out / np.abs(out).max(axis=0)
 
 
-def draw_world(seed, setting, machine, noise, kind):
+def own_of(run, rng, spec):
+    """The run with what else is its own in the full draw."""
+    rows, time = len(run.ref), run.time[-1]
+    gone = np.sort(rng.choice(np.arange(1, rows - 1), round(spec["missing"] * rows), replace=False))
+    ref, kept = run.ref.copy(), np.setdiff1d(np.arange(rows), gone)
+    for i in range(2 if len(gone) else 0):  # what a file lacks, its reader draws a line through
+        ref[:, i] = np.interp(np.arange(rows), kept, ref[kept, i])
+    return replace(
+        run,
+        ref=ref,
+        onset=float(rng.uniform(-1.0, 2.0)),
+        phase=float(rng.uniform(-np.pi, np.pi)),
+        lost_at=float(rng.uniform(0.25, 0.75) * time),
+        times_lost=int(rng.choice([1, 2, 0], p=(0.7, 0.15, 0.15))),
+        missing=tuple(gone.tolist()),
+    )
+
+
+def draw_world(seed, setting, machine, noise, kind, known):
     rng = stream(seed, "world")
     drawn = SETTINGS[rng.integers(0, 3)]
     setting = setting or drawn
@@ -68,19 +94,33 @@ def draw_world(seed, setting, machine, noise, kind):
     name = machine or str(rng.choice(list(BASES), p=(0.5, 0.25, 0.25)))
     values = draw_truth(rng, base(name, drive))
     runs = draw_runs(seed, setting, name, values)
-    spec = noise_spec(stream(seed, "noise"), setting, kind, noise)
+    rng = stream(seed, "own") if known == "full" else None
+    spec = noise_spec(stream(seed, "noise"), setting, kind, noise, rng)
+    if rng:
+        runs = tuple(own_of(run, rng, spec) for run in runs)
+        runs = (replace(runs[0], times_lost=max(runs[0].times_lost, 1)), *runs[1:])
     masks = draw_masks(stream(seed, "masks"), spec, runs, drive)
-    return World(seed, setting, name, values, runs, masks, spec)
+    return World(seed, setting, name, values, runs, masks, spec, known)
 
 
-def draw_planted(rng, drive, entry, location):
+def draw_planted(rng, world, entry, location):
     """An effect of middling size at a location, its shape and form drawn."""
-    location = location or str(rng.choice(entry.locations))
-    if drive not in entry.drives or location not in entry.locations:
+    drive = world.drive
+    location = location or str(rng.choice(entry.places(drive) or entry.locations))
+    if location not in entry.places(drive):
         raise ValueError(f"{entry.name} at {location!r} is not possible with drive {drive!r}")
     sign = -1.0 if entry.signed and rng.random() < 0.5 else 1.0
     size = sign * float(np.sqrt(entry.bounds[0] * entry.bounds[1]))
-    return Planted(entry, location, size, entry.shape(rng), entry.form(rng, drive))
+    shape = entry.shape(rng)
+    if entry.name == "friction_vs_position":  # on the way
+        way = world.runs[0].ref @ [1.0, 1.0 if location == "x" else -1.0]
+        shape["center"] = float(0.5 * world.values["pulley_radius"] * rng.choice(way))
+    return Planted(entry, location, size, shape, entry.form(rng, drive))
+
+
+def clash(planted):
+    """Whether two effects would use the same of the solver's numbers."""
+    return len(planted) == 2 and bool(set(planted[0].slots()) & set(planted[1].slots()))
 
 
 def choose(seed, world, kind, effect, location):
@@ -88,7 +128,7 @@ def choose(seed, world, kind, effect, location):
     rng = stream(seed, "effect")
     if kind == "null":
         return ()
-    table = outside.BY_NAME if kind == "outside" else effects.BY_NAME
+    table = outside.BY_NAME if kind == "outside" else {e.name: e for e in world.catalogue}
     known = [e for e in table.values() if world.drive in e.drives]
     wanted = [effect] if isinstance(effect, str) else list(effect or ())
     places = [location] if isinstance(location, str) else list(location or ())
@@ -98,9 +138,13 @@ def choose(seed, world, kind, effect, location):
     while len(wanted) < (2 if kind == "pair" else 1):
         wanted.append(str(rng.choice([e.name for e in known if e.name not in wanted])))
     places += [None] * (len(wanted) - len(places))
-    planted = [draw_planted(rng, world.drive, table[n], p)
+    planted = [draw_planted(rng, world, table[n], p)
                for n, p in zip(wanted, places, strict=True)]  # fmt: skip
-    if world.drive == "stepper" and "stepper_compliance" in wanted:
+    while not isinstance(effect, list | tuple) and clash(planted):
+        name = str(rng.choice([e.name for e in known if e.name not in wanted]))
+        planted[1] = draw_planted(rng, world, table[name], places[1])
+    springs = {"stepper_compliance", "detent_torque"}
+    if world.drive == "stepper" and springs & {p.effect.name for p in planted}:
         planted = [replace(p, form=p.form | {"form": 0.0, "hold": 5e-4})
                    if p.effect.name == "backlash" else p for p in planted]  # fmt: skip
     return tuple(planted)
