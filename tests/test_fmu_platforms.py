@@ -208,6 +208,26 @@ def test_windows_code_is_clean_c99_too(tmp_path: Path) -> None:
     run_compiler([*zig_compiler(), "-target", "x86_64-windows-gnu", *flags], tmp_path)
 
 
+@cache
+def path_of(runner: emulated.Runner) -> np.ndarray:
+    """x_true, y_true, x, y [m] of the rectangle by a binary, its resources in an odd folder."""
+    place = folder() / f"run-{runner.target}"
+    fmpy.extract(str(everywhere()), str(place))
+    (place / "resources").rename(place / emulated.ODD)
+    return emulated.run(runner, place, emulated.rectangle_text("yin2018"))
+
+
+@NEEDS_ZIG
+@pytest.mark.parametrize("runner", emulated.RUNNERS[1:], ids=lambda runner: runner.binary)
+def test_a_foreign_binary_moves_as_the_one_of_this_host(runner: emulated.Runner) -> None:
+    """From a C host under qemu-user and wine, which loads it as an importer does."""
+    if runner.lacks():
+        pytest.skip(f"{runner.lacks()} is not installed ({emulated.INSTALL})")
+    found, expected = path_of(runner), path_of(emulated.RUNNERS[0])
+    assert np.ptp(found[:, 0]) == pytest.approx(emulated.SIDES[0], rel=0.01)
+    assert np.abs(found - expected).max() < 1e-12
+
+
 def test_the_page_tells_what_was_measured_under_emulators() -> None:
     """All three binaries ran the whole rectangle, and moved alike."""
     document = json.loads(emulated.RESULT.read_text(encoding="utf-8"))
