@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
+from benchmarks.concealed.calibration import rate, section
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.score import NEAR_TWIN
 
@@ -18,16 +18,6 @@ Entry = dict[str, Any]
 LARGE = 50  # cases of an earlier run that is shown in full
 STRONG = 700.0  # planted at E = 1000; the real E scatters around it
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
-
-
-def rate(hits: int, n: int) -> str:
-    """``hits/n = share [Wilson 95 %]``."""
-    if not n:
-        return "no case"
-    interval = binomtest(hits, n).proportion_ci(method="wilson")
-    return (
-        f"{hits}/{n} = {100 * hits / n:.1f} % [{100 * interval.low:.1f}, {100 * interval.high:.1f}]"
-    )
 
 
 def _of(entries: list[Entry], kind: str) -> list[Entry]:
@@ -215,6 +205,7 @@ def page(entries: list[Entry], command: str) -> str:
         "",
         *levels(entries),
         "",
+        *section(entries),
         *earlier(),
         "## By effect",
         "",

@@ -11,7 +11,11 @@
 #include <stdint.h>
 #include <string.h>
 
+#if LANES > 1
+#define EACH _Pragma("omp simd") for (int l = 0; l < LANES; l++)
+#else
 #define EACH for (int l = 0; l < LANES; l++)
+#endif
 #define INLINE static inline __attribute__((always_inline))
 
 #include "stage_math.h"
@@ -66,11 +70,22 @@ INLINE double middle_velocity(const stage *s, int i, int l)
 typedef const struct topology table;
 static const double NO_STIFFNESS = 1e-300; /* [N/m] */
 
+/* one past the last place that this topology has of a call's */
+static int end_of(const stage *s, const struct call *c)
+{
+    switch (c->port) {
+    case PORT_START_SECTION: case PORT_SHAPE: case PORT_BELT: case PORT_TENSION:
+        return c->end < s->sections ? c->end : s->sections;
+    case PORT_RUNOUT: return c->end < s->pulleys ? c->end : s->pulleys;
+    default: return c->end;
+    }
+}
+
 static void run_port(stage *s, int port)
 {
     for (int n = 0; n < s->active_count[port]; n++) {
         const struct call *c = &CALLS[s->active[port][n]];
-        c->law(s, c->parameter, c->memory, c->place);
+        c->law(s, c->parameter, c->memory, c->memory_step, c->place, end_of(s, c));
     }
 }
 
@@ -107,12 +122,6 @@ static void set_command(stage *s, double time)
         }
     }
     run_port(s, PORT_COMMAND);
-}
-
-INLINE void drift(stage *s, table *t, double half)
-{
-    for (int i = 0; i < t->coordinates; i++)
-        EACH s->q[i][l] = drifted(s->q[i][l], s->v[i][l], half);
 }
 
 /* motors that are not released take their command */
@@ -230,16 +239,35 @@ INLINE void kick_motors(stage *s, double half)
     else kick_rotors(s, half, 0, 0);
 }
 
+/* motors in the middle of the step, and how far their pulleys carry the belts */
+INLINE void turn_pulleys(stage *s, double half)
+{
+    for (int i = 0; i < 2; i++)
+        EACH s->q[2 + i][l] = drifted(s->q[2 + i][l], s->v[2 + i][l], half);
+    impose_command(s);
+    for (int i = 0; i < 2; i++)
+        EACH s->travel[i][l] = s->radius[0][l] * s->q[2 + i][l];
+    if (!hooked(s, PORT_TRANSMISSION)) return;
+    for (int i = 0; i < 2; i++)
+        EACH s->gain[i][l] = s->radius[0][l];
+    run_port(s, PORT_TRANSMISSION);
+}
+
 /* positions in the middle of the step and belt forces; the idlers' whole step */
 INLINE void find_forces(stage *s, table *t)
 {
     const double half = 0.5 * s->step;
-    drift(s, t, half);
-    impose_command(s);
-    find_elongation(s, t);
+    turn_pulleys(s, half);
+    t->stretch(s);
+    shape(s, t);
+    if (hooked(s, PORT_BELT)) find_stiffness(s, t);
+    if (hooked(s, PORT_CONTACT)) find_contact(s, t);
+    if (s->has_belt_damping || hooked(s, PORT_TENSION)) t->find_rate(s);
+    if (!hooked(s, PORT_TENSION) && !hooked(s, PORT_RUNOUT)) {
+        t->pull_idlers(s);
+        return;
+    }
     find_tension(s, t);
-    t->collect(s);
-    if (hooked(s, PORT_RUNOUT)) t->collect_runout(s);
     kick_free(s, 4, t->coordinates, half);
 }
 
@@ -347,14 +375,35 @@ static void micro_step(stage *s, double end)
     }
 }
 
+/* all micro-steps in registers, then the motors and the clock behind the last */
+static void advance_plain(stage *s, double start, double duration, int64_t count)
+{
+    const double half = 0.5 * s->step;
+    TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, start, duration, count);
+    s->now = 0.5 * (s->time + (start + duration));
+    s->elapsed = s->now - s->begun;
+    set_command(s, s->now);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double v = s->command_rate[i][l];
+            s->before[2 + i][l] = v;
+            s->v[2 + i][l] = v;
+            s->q[2 + i][l] = drifted(s->command[i][l], v, half);
+        }
+    s->time = start + duration;
+}
+
 void stage_advance(stage *s, double duration, double limit)
 {
     const double start = s->time;
     const int64_t count = (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
     s->step = duration / (double)count;
     set_kick(s, s->step);
-    if (s->plain) TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, start, count);
-    for (int64_t n = s->plain ? count : 1; n <= count; n++)
+    if (s->plain) {
+        advance_plain(s, start, duration, count);
+        return;
+    }
+    for (int64_t n = 1; n <= count; n++)
         micro_step(s, n == count ? start + duration : start + (double)n * s->step);
 }
 

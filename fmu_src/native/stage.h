@@ -29,6 +29,7 @@ typedef struct {
     int smooth; /* Coulomb friction is rounded in some lane */
     int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, lanes wide */
     int has_free_form, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks;
+    int bent; /* sections may change their stiffness, or be damped */
     double now, step;            /* middle of the running micro-step [s], its length [s] */
     double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
     double time;                 /* [s] of the state below */

@@ -2,19 +2,9 @@
 
 static int differs(const stage *s, const struct instance *e)
 {
-    EACH
-        if (e->on(s, e->parameter, l)) return 1;
-    return 0;
-}
-
-static int place_exists(const stage *s, const struct call *c)
-{
-    switch (c->port) {
-    case PORT_START_SECTION: case PORT_SHAPE: case PORT_BELT: case PORT_TENSION:
-        return c->place < s->sections;
-    case PORT_RUNOUT: return c->place < s->pulleys;
-    default: return 1;
-    }
+    int on = 0;
+    for (int l = 0; l < LANES; l++) on |= e->on(s, e->parameter, l);
+    return on;
 }
 
 static void list_active(stage *s)
@@ -26,14 +16,14 @@ static void list_active(stage *s)
         const struct call *c = &CALLS[n];
         const struct instance *e = &INSTANCES[c->instance];
         if (c->instance != last) { last = c->instance; on = differs(s, e); }
-        if (!on || !place_exists(s, c)) continue;
+        if (!on || c->place >= end_of(s, c)) continue;
         if (!(e->drives & c->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;
         s->has_belt_damping |= c->damps;
-        if (e->frees_rotor)
-            EACH
-                if (e->on(s, e->parameter, l)) s->released[c->place][l] = 1;
+        for (int i = c->place; e->frees_rotor && i < c->end; i++)
+            for (int l = 0; l < LANES; l++)
+                if (e->on(s, e->parameter, l)) s->released[i][l] = 1;
     }
 }
 
@@ -88,6 +78,9 @@ void stage_derive(stage *s)
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK);
     s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && !s->smooth && s->topology != KINEMATIC;
+    s->bent = s->has_belt_damping || hooked(s, PORT_BELT);
+    if (!hooked(s, PORT_CONTACT)) memset(s->offset, 0, sizeof s->offset);
+    memset(s->slope, 0, sizeof s->slope);
     s->belt_hooks = s->has_belt_damping;
     for (int port = PORT_TRANSMISSION; port <= PORT_TENSION; port++) s->belt_hooks |= hooked(s, port);
 }

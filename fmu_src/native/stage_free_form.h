@@ -27,7 +27,7 @@ static void add_free_forms(stage *s)
 {
     for (int f = 0; f < FREE_FORMS; f++) {
         const lane *p = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
-        EACH {
+        for (int l = 0; l < LANES; l++) {
             const int count = (int)p[1][l], kind = (int)p[0][l];
             if (count < 1) continue;
             const lane *argument = free_form_argument(s, kind);

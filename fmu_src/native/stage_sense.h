@@ -74,7 +74,7 @@ static void delay_samples(stage *s)
 {
     EACH s->lateness[0][l] = 0;
     run_port(s, PORT_SAMPLING);
-    EACH
+    for (int l = 0; l < LANES; l++)
         if (s->lateness[0][l] > 0) recall(s, l, s->time - s->lateness[0][l]);
 }
 

@@ -10,7 +10,7 @@ INLINE wide halt(wide v, wide c) { return v - _mm512_max_pd(-c, _mm512_min_pd(v,
 #define FENCE __asm__ volatile("" ::: "memory") /* what lies in memory is read again */
 #else
 #define FENCE
-enum { WIDE_STEPS = 0 };
+enum { WIDE_STEPS = LANES == 1 };
 typedef double wide;
 INLINE wide spread(double x) { return x; }
 INLINE wide halt(wide v, wide c) { return v - larger(-c, smaller(v, c)); }

@@ -1,19 +1,22 @@
 """Breakaway friction above Coulomb's that falls with speed.
 
-    f(v) = f_C (1 + (static_ratio - 1) exp(-(v / speed)^2))                              [N]
+    f(v) = f_C (1 + (static_ratio - 1) [(1 - p) exp(-(v / speed)^2) + p exp(-|v| / speed)])   [N]
+
+The exponent differs between lubricants and surfaces, from 1 (p = 1) to 2 (p = 0) and beyond.
 
 Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994,
 doi:10.1016/0005-1098(94)90209-7.
 """
 
 from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
-from corexy_fmi.kernel.xmath import exp
+from corexy_fmi.kernel.xmath import absolute, exp
 
 
-def friction(bound, velocity, static_ratio, speed):
+def friction(bound, velocity, static_ratio, speed, pointed):
     """Coulomb bound [N] at a sliding velocity [m/s]."""
-    excess = (static_ratio - 1) * exp(-((velocity / speed) ** 2))
-    return {"bound": bound * (1 + excess)}
+    share = absolute(velocity) / speed
+    faded = (1 - pointed) * exp(-(share**2)) + pointed * exp(-share)
+    return {"bound": bound * (1 + (static_ratio - 1) * faded)}
 
 
 EFFECT = Effect(
@@ -41,9 +44,22 @@ EFFECT = Effect(
             (0.004, 0.012, 0.035),
             log=True,
         ),
+        Parameter(
+            "pointed",
+            "1",
+            "0: the peak is round (exponent 2), 1: it is pointed (exponent 1)",
+            0.0,
+            0.0,
+            1.0,
+            (0.0,),
+            default=0.0,
+        ),
     ),
     laws=(Law("guide", friction),),
-    equation=r"f(v) = f_C \left(1 + (s - 1)\, e^{-(v/v_s)^2}\right)",
+    equation=(
+        r"f(v) = f_C \left(1 + (s - 1) \left[(1 - p)\, e^{-(v/v_s)^2}"
+        r" + p\, e^{-|v|/v_s}\right]\right)"
+    ),
     citation="Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
     remedy="Clean and lubricate the guide, or change its grease or preload.",
     check="Pull the free axis with a spring balance: starting takes more force than moving on.",

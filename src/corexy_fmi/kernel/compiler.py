@@ -32,6 +32,8 @@ FLAGS = (
     "-fPIC",
     "-fvisibility=hidden",
 )
+# loops over lanes become vectors, never calls that copy memory
+LANE_FLAGS = ("-ftree-slp-vectorize", "-fopenmp-simd", "-fno-tree-loop-distribute-patterns")
 PARTS = ("begin", "belt", "free_form", "math", "sense", "wide")
 STAGE_HEADERS = ("stage.h", *(f"stage_{part}.h" for part in PARTS))
 KERNEL_SOURCES = (*STAGE_HEADERS, "stage.c", "batch.c")
@@ -130,7 +132,7 @@ def portable_flags(compiler: Sequence[str]) -> tuple[str, ...]:
 
 def native_flags(lanes: int) -> tuple[str, ...]:
     """Flags that let the compiler use all of this CPU; wide vectors where it has them."""
-    vectors = ("-ftree-slp-vectorize",) if lanes > 1 else ()
+    vectors = LANE_FLAGS if lanes > 1 else ()
     if platform.machine() not in ("x86_64", "AMD64"):
         return ("-mcpu=native", *vectors)
     wide = ("-mprefer-vector-width=512",) if "avx512f" in cpu_name() else ()

@@ -9,7 +9,18 @@ from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
 from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
 
 PLAIN_ARRAYS = ("belt_sign", "side", "yaw_arm")  # the same for all lanes
-RESERVED = {"s", "p", "m", "i", "l", "on", *COMMON, *C99CodePrinter.reserved_words}
+RESERVED = {
+    "s",
+    "p",
+    "m",
+    "i",
+    "l",
+    "on",
+    "between",
+    "end",
+    *COMMON,
+    *C99CodePrinter.reserved_words,
+}
 
 
 def _lvalue(port: str, name: str) -> str:
@@ -78,7 +89,7 @@ def on_code(effect: Effect) -> str:
 
 
 def law_code(effect: Effect, law: Law, index: int) -> str:
-    """One law as a C function; lanes in which the effect is off keep their values."""
+    """One law as a C function over its places; a lane in which it is off keeps its values."""
     check_names(effect)
     names = argument_names(law.function)
     lines, results = c_statements(law.function(**symbols(names)))
@@ -92,6 +103,7 @@ def law_code(effect: Effect, law: Law, index: int) -> str:
     code = "\n".join(f"        {line}" for line in body)
     return (
         f"/* {effect.summary} [{effect.citation}] */\n"
-        f"static void {effect.name}_{index}(stage *s, int p, int m, int i)\n{{\n"
-        f"    (void)p; (void)m; (void)i;\n    EACH {{\n{code}\n    }}\n}}\n"
+        f"static void {effect.name}_{index}(stage *s, int p, int m, int between, int i, int end)\n"
+        f"{{\n    (void)p;\n    for (; i < end; i++, m += between)\n"
+        f"    EACH {{\n{code}\n    }}\n}}\n"
     )

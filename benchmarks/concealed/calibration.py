@@ -1,0 +1,126 @@
+"""How far places, probabilities and intervals of the proof's diagnoses can be trusted.
+
+Every function takes the outcomes of the proof (lines of ``proof*.jsonl``); only cases with one
+planted effect count.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scipy.stats import binomtest
+
+from corexy_fmi.effects import catalogue
+
+Entry = dict[str, Any]
+SEEN = 300.0  # least E of a case whose place is judged
+BINS = ((0.0, 0.5), (0.5, 0.9), (0.9, 0.99), (0.99, 1.0))  # of probability
+PERIOD = 6.283185307179586  # [rad] of a phase
+
+
+def rate(hits: int, n: int) -> str:
+    """``hits/n = share [Wilson 95 %]``."""
+    if not n:
+        return "no case"
+    interval = binomtest(hits, n).proportion_ci(method="wilson")
+    return (
+        f"{hits}/{n} = {100 * hits / n:.1f} % [{100 * interval.low:.1f}, {100 * interval.high:.1f}]"
+    )
+
+
+def single(entries: list[Entry]) -> list[Entry]:
+    """The cases with one planted effect."""
+    return [e for e in entries if e["truth"]["kind"] == "effect"]
+
+
+def located(entries: list[Entry]) -> tuple[int, int, int]:
+    """Cases of E >= 300: how many, with the right coordinate, with the right variable."""
+    cases = [e for e in single(entries) if e["truth"]["E"] >= SEEN]
+    place = sum(_place_right(e) for e in cases)
+    state = sum(
+        e["document"]["located"]["state"] == catalogue()[e["truth"]["effects"][0]["name"]].state
+        for e in cases
+    )
+    return len(cases), place, state
+
+
+def _place_right(entry: Entry) -> bool:
+    planted = entry["truth"]["effects"][0]["location"]
+    said = entry["document"]["located"]["coordinate"]
+    if said is None:
+        return False
+    parts = {"xy": ("x", "y"), "motors": ("motor1", "motor2")}
+    return bool(said == planted or said in parts.get(planted, ()))
+
+
+def named(entries: list[Entry]) -> list[tuple[float, bool]]:
+    """Probability of each leading named effect, and whether the case was named rightly."""
+    found = []
+    for e in single(entries):
+        effects = e["document"]["effects"]
+        if effects and effects[0].get("probability") is not None:
+            leads = effects[0]["name"] != "free_form"
+            found += [(float(effects[0]["probability"]), _leads_right(e))] * leads
+    return found
+
+
+def _leads_right(entry: Entry) -> bool:
+    planted, said = entry["truth"]["effects"][0], entry["document"]["effects"]
+    return {(e["name"], e["location"]) for e in said} == {(planted["name"], planted["location"])}
+
+
+def brier(pairs: list[tuple[float, bool]]) -> float:
+    """Mean squared difference between probability and outcome; 0 is perfect."""
+    return sum((p - right) ** 2 for p, right in pairs) / len(pairs) if pairs else float("nan")
+
+
+def coverage(entries: list[Entry]) -> dict[tuple[str, str], list[bool]]:
+    """Whether the 95 % interval of each parameter of a rightly named effect holds the truth."""
+    found: dict[tuple[str, str], list[bool]] = {}
+    for e in (e for e in single(entries) if e["outcome"] == "right"):
+        planted = e["truth"]["effects"][0]
+        for said in e["document"]["effects"]:
+            for name, value in said["parameters"].items():
+                if name in planted["parameters"]:
+                    inside = _inside(name, value, planted["parameters"][name])
+                    found.setdefault((planted["name"], name), []).append(inside)
+    return found
+
+
+def _inside(name: str, said: dict[str, Any], truth: float) -> bool:
+    low, high = said["ci95"]
+    turns = (-PERIOD, 0.0, PERIOD) if name == "phase" else (0.0,)
+    return any(low <= truth + turn <= high for turn in turns)
+
+
+def section(entries: list[Entry]) -> list[str]:
+    """The part of RESULTS.md."""
+    n, place, state = located(entries)
+    lines = ["## Places, probabilities, intervals", ""]
+    lines += [f"One effect, E >= 300: right coordinate {rate(place, n)} (aim 98 %), right variable"]
+    lines += [f"{rate(state, n)} (aim 85 %).", "", *_reliability(entries), "", *_intervals(entries)]
+    return [*lines, ""]
+
+
+def _reliability(entries: list[Entry]) -> list[str]:
+    pairs = named(entries)
+    lines = [
+        f"Brier score of the leading named effect: {brier(pairs):.3f} over {len(pairs)} cases.",
+        "",
+    ]
+    lines += ["| probability said | cases | right [Wilson 95 %] |", "|---|---|---|"]
+    for low, high in BINS:
+        inside = [right for p, right in pairs if low < p <= high]
+        lines.append(f"| {low} .. {high} | {len(inside)} | {rate(sum(inside), len(inside))} |")
+    return lines
+
+
+def _intervals(entries: list[Entry]) -> list[str]:
+    found = coverage(entries)
+    every = [inside for group in found.values() for inside in group]
+    lines = [
+        f"95 % intervals of rightly named effects hold the truth: {rate(sum(every), len(every))}"
+    ]
+    lines += ["(aim 93 to 97 %). The plant's laws differ in form from the catalogue's.", ""]
+    lines += ["| effect | parameter | inside |", "|---|---|---|"]
+    return lines + [f"| {e} | {p} | {sum(v)}/{len(v)} |" for (e, p), v in sorted(found.items())]

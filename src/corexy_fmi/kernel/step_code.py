@@ -1,0 +1,201 @@
+"""A topology's part of a micro-step as C: at once, or between the hooks of a belt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from corexy_fmi.kernel.stage_code import (
+    FIRST_IDLER,
+    forces,
+    function,
+    of_stage,
+    section_sum,
+    signed_sum,
+)
+from corexy_fmi.topology import Section, Stage
+
+
+def find_forces(stage: Stage) -> str:
+    """`find_forces` of stage.c without belt hooks: the same operations in order, in registers."""
+    count, lines = len(stage.coordinates), ["const double half = 0.5 * s->step;"]
+    for i in range(count):
+        drifted = f"drifted(s->q[{i}][l], v{i}, half)"
+        lines += [f"double v{i} = s->v[{i}][l], q{i} = {drifted};"]
+    for m, i in ((0, 2), (1, 3)):
+        lines += [f"q{i} = s->released[{m}][l] > 0 ? q{i} : s->command[{m}][l];"]
+        lines += [f"v{i} = s->released[{m}][l] > 0 ? v{i} : s->command_rate[{m}][l];"]
+    lines += ["const double r = s->radius[0][l];", "(void)r;"]
+    pulled = {c for section in stage.sections for c in section.row}
+    turning = [i for i in range(2, count) if stage.coordinates[i] in pulled]
+    lines += [f"const double u{i} = r * q{i};" for i in turning]
+    for n, section in enumerate(stage.sections):
+        elongation = section_sum(stage, section)
+        lines += [f"const double tension{n} = s->stiffness[{n}][l] * ({elongation});"]
+        lines += [f"s->tension[{n}][l] = tension{n};"]
+    for i, force in enumerate(forces(stage, "tension{}", ("r", "r"))):
+        lines += _first_forces(i, force) if i < FIRST_IDLER else _idler_step(i, force)
+    name = f"{stage.name}_find_forces"
+    inner = function(
+        f"{name}_as(stage *s, const int smooth)", lines, "    (void)s; (void)smooth;\n"
+    )
+    return (
+        inner.replace("static void", "INLINE void", 1)
+        + f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1);\n"
+        f"    else {name}_as(s, 0);\n}}\n"
+    )
+
+
+def _first_forces(i: int, force: str) -> list[str]:
+    return [f"s->q[{i}][l] = q{i};", f"s->v[{i}][l] = v{i};", f"s->force[{i}][l] = {force};"]
+
+
+def _idler_step(i: int, force: str) -> list[str]:
+    return [
+        f"v{i} = kicked_free(s, {i}, l, v{i}, {force}, smooth);",
+        f"s->v[{i}][l] = v{i};",
+        f"s->q[{i}][l] = drifted(q{i}, v{i}, half);",
+    ]
+
+
+def stretch(stage: Stage) -> str:
+    """Drift of all but the motors, and elongations; the motors' travel is known."""
+    count = len(stage.coordinates)
+    lines = ["const double half = 0.5 * s->step, r = s->radius[0][l];", "(void)r; (void)half;"]
+    for i in (i for i in range(count) if i not in (2, 3)):
+        lines += [f"const double q{i} = drifted(s->q[{i}][l], s->v[{i}][l], half);"]
+        lines += [f"s->q[{i}][l] = q{i};"]
+    travel = {
+        i: f"s->travel[{i - 2}][l]" if i < FIRST_IDLER else f"r * q{i}" for i in range(2, count)
+    }
+    lines += [f"const double u{i} = {value}; (void)u{i};" for i, value in travel.items()]
+    for n, section in enumerate(stage.sections):
+        lines += [f"s->elongation[{n}][l] = {section_sum(stage, section)};"]
+    return of_stage(stage, "stretch", lines)
+
+
+def find_pull(stage: Stage) -> str:
+    """Net belt force on each motor at zero offset, and its slope over the offset."""
+    lines = []
+    for m, motor in enumerate(("phi1", "phi2")):
+        held = [(n, s.row[motor]) for n, s in enumerate(stage.sections) if motor in s.row]
+        pull = [(-w, f"s->stiffness[{n}][l] * s->elongation[{n}][l]") for n, w in held]
+        lines.append(f"s->pull[{m}][l] = {signed_sum(pull)};")
+        slope = [(w * w, f"s->stiffness[{n}][l]") for n, w in held]
+        lines.append(f"s->pull_stiffness[{m}][l] = {signed_sum(slope)};")
+    return of_stage(stage, "find_pull", lines)
+
+
+def find_rate(stage: Stage) -> str:
+    """Rate of each elongation in the middle of the step; imposed rates are those of the middle."""
+    lines = ["const double r = s->radius[0][l];", "(void)r;"]
+    for i in range(len(stage.coordinates)):
+        lines.append(f"double q{i} = middle_velocity(s, {i}, l); (void)q{i};")
+    for m, i in ((0, 2), (1, 3)):
+        lines.append(f"q{i} = s->released[{m}][l] > 0 ? q{i} : s->v[{i}][l];")
+    for i in range(2, len(stage.coordinates)):
+        arm = f"s->gain[{i - 2}][l]" if i < FIRST_IDLER else "r"
+        lines.append(f"const double u{i} = {arm} * q{i}; (void)u{i};")
+    for n, section in enumerate(stage.sections):
+        lines.append(f"s->rate[{n}][l] = {section_sum(stage, section)};")
+    return of_stage(stage, "find_rate", lines)
+
+
+def pull_idlers(stage: Stage) -> str:
+    """From elongations to tensions and forces; the idlers' whole kick.  No hook runs in between."""
+    name, head = f"{stage.name}_pull_idlers", "(stage *s, const int smooth, const int bent)"
+    inner = function(
+        f"{name}_as{head}", _pull_lines(stage), "    (void)s; (void)smooth; (void)bent;\n"
+    )
+    choice = (
+        f"    if (s->smooth) {name}_as(s, 1, 1);\n    else if (s->bent) {name}_as(s, 0, 1);\n"
+        f"    else {name}_as(s, 0, 0);\n"
+    )
+    return inner.replace("static void", "INLINE void", 1) + (
+        f"static void {name}(stage *s)\n{{\n{choice}}}\n"
+    )
+
+
+def _pull_lines(stage: Stage) -> list[str]:
+    lines = ["const double half = 0.5 * s->step, r = s->radius[0][l];", "(void)r; (void)half;"]
+    for n, section in enumerate(stage.sections):
+        terms = [
+            (section.row[c], f"s->offset[{int(c[3:]) - 1}][l]")
+            for c in ("phi1", "phi2")
+            if c in section.row
+        ]
+        moved = "".join(f" {'-' if w < 0 else '+'} {signed_sum([(abs(w), x)])}" for w, x in terms)
+        lines += [f"const double e{n} = s->elongation[{n}][l]{moved};"]
+        lines += [f"double tension{n} = s->stiffness[{n}][l] * e{n};"]
+        damped = f"s->stiffness[{n}][l] * s->belt_time[{n}][l] * s->rate[{n}][l]"
+        lines += [f"if (bent) tension{n} += {damped};", f"s->tension[{n}][l] = tension{n};"]
+    for i, force in enumerate(forces(stage, "tension{}", ("s->gain[{}][l]", "r"))):
+        lines += [f"double f{i} = {force};"]
+    for n, section in enumerate(stage.sections):
+        for axis, slope in enumerate(section.length_slope):
+            if slope:
+                sign = "-" if slope > 0 else "+"
+                lines += [f"if (bent) f{axis} {sign}= 0.5 * s->slope[{n}][l] * e{n} * e{n};"]
+    for i in range(len(stage.coordinates)):
+        lines += _kicked_idler(i) if i >= FIRST_IDLER else [f"s->force[{i}][l] = f{i};"]
+    return lines
+
+
+def _offsets(section: Section) -> list[tuple[float, str]]:
+    """What play at the motors adds to the elongation."""
+    motors = [c for c in ("phi1", "phi2") if c in section.row]
+    return [(section.row[c], f"s->offset[{int(c[3:]) - 1}][l]") for c in motors]
+
+
+def _kicked_idler(i: int) -> list[str]:
+    return [
+        f"const double old{i} = s->v[{i}][l], v{i} = kicked_free(s, {i}, l, old{i}, f{i}, smooth);",
+        f"if (bent) s->before[{i}][l] = old{i};",
+        f"s->v[{i}][l] = v{i};",
+        f"s->q[{i}][l] = drifted(s->q[{i}][l], v{i}, half);",
+    ]
+
+
+def advance(stage: Stage) -> str:
+    """All micro-steps of a communication step in registers, where no hook runs.
+
+    The same operations in the same order as `move` of stage.c; the last step also keeps what may be
+    asked for behind it, and leaves the motors and the clock to `stage_advance`.  Constants are read
+    in every step: kept in registers they would push the state out of them.
+    """
+    head = (
+        f"static void {stage.name}_advance(stage *s, double start, double duration, int64_t count)"
+    )
+    if not stage.sections:
+        return f"{head}\n{{\n    (void)s; (void)start; (void)duration; (void)count;\n}}\n"
+    free = [i for i in range(len(stage.coordinates)) if i not in (2, 3)]
+    lines = ["{", "const double h = s->step, half = 0.5 * s->step;", "double time = start;"]
+    lines += [f"wide q{i} = WIDE(s->q[{i}]), v{i} = WIDE(s->v[{i}]);" for i in free]
+    lines += [f"wide d{i} = half * v{i};" for i in free]
+    lines += ["for (int64_t n = 1; n < count; n++) {", "const double end = start + (double)n * h;"]
+    lines += [*_advance_step(stage, free, last=False), "time = end;", "}"]
+    lines += ["const double end = start + duration;", *_advance_step(stage, free, last=True)]
+    lines += [f"WIDE(s->q[{i}]) = q{i}, WIDE(s->v[{i}]) = v{i};" for i in free]
+    return "\n".join([head, *lines, "s->time = time;", "}", ""])
+
+
+def _advance_step(stage: Stage, free: Sequence[int], last: bool) -> list[str]:
+    """One micro-step on local variables."""
+    lines = ["FENCE;", "const double now = 0.5 * (time + end);"]
+    lines += ["const wide r = WIDE(s->radius[0]);", "(void)r;"]
+    for m, i in ((0, 2), (1, 3)):
+        angle = f"s->input[{m}] + s->input_rate[{m}] * (now - s->input_time)"
+        lines += [f"const wide q{i} = spread({angle});"]
+    lines += [f"q{i} = q{i} + d{i};" for i in free]
+    lines += [f"const wide u{i} = r * q{i}; (void)u{i};" for i in range(2, len(stage.coordinates))]
+    for n, section in enumerate(stage.sections):
+        elongation = section_sum(stage, section)
+        lines += [f"const wide tension{n} = WIDE(s->stiffness[{n}]) * ({elongation});"]
+        lines += [f"WIDE(s->tension[{n}]) = tension{n};"] * last
+    for i, force in enumerate(forces(stage, "tension{}", ("r", "r"))):
+        lines += [f"WIDE(s->force[{i}]) = {force};"] * (last and i < FIRST_IDLER)
+        lines += [f"WIDE(s->before[{i}]) = v{i};"] * (last and i < 2)
+        if i in free:
+            kept = f"WIDE(s->keep[{i}]) * v{i} + WIDE(s->push[{i}]) * ({force})"
+            lines += [f"v{i} = halt({kept}, WIDE(s->slip[{i}]));", f"d{i} = half * v{i};"]
+            lines += [f"q{i} = q{i} + d{i};"]
+    return lines

@@ -1,0 +1,67 @@
+"""Calibration of the proof's outcomes: counted by hand on made-up ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from benchmarks.concealed import calibration
+
+
+def entry(said: float, ci: tuple[float, float], place: str = "y", **truth: Any) -> dict[str, Any]:
+    """A case with a friction peak planted on y, named with probability ``said``."""
+    effect = {"name": "stribeck_friction", "location": place, "probability": said}
+    effect["parameters"] = {"speed": {"value": sum(ci) / 2, "ci95": list(ci)}}
+    planted = {"name": "stribeck_friction", "location": "y", "parameters": {"speed": 0.01}}
+    return {
+        "outcome": "right" if place == "y" else "wrong",
+        "truth": {"kind": "effect", "E": 1000.0, "effects": [planted]} | truth,
+        "document": {
+            "effects": [effect],
+            "located": {"coordinate": place, "state": "velocity_reversal"},
+        },
+    }
+
+
+CASES = [entry(0.95, (0.009, 0.011)), entry(0.995, (0.0101, 0.011)), entry(0.6, (0.0, 1.0), "x")]
+
+
+def test_a_place_counts_where_the_effect_could_be_seen() -> None:
+    """Three cases, two places, three variables; weak cases and nulls do not count."""
+    others = [entry(1.0, (0, 1), E=200.0), entry(1.0, (0, 1), kind="null")]
+    assert calibration.located(CASES + others) == (3, 2, 3)
+
+
+def test_half_of_a_shared_place_is_right() -> None:
+    """x of a planted xy."""
+    case = entry(0.9, (0, 1), "x")
+    case["truth"]["effects"][0]["location"] = "xy"
+    assert calibration.located([case])[1] == 1
+
+
+def test_brier_score_by_hand() -> None:
+    """(0.05^2 + 0.005^2 + 0.6^2) / 3."""
+    score = calibration.brier(calibration.named(CASES))
+    assert score == pytest.approx((0.05**2 + 0.005**2 + 0.6**2) / 3)
+
+
+def test_intervals_of_rightly_named_effects_count() -> None:
+    """The wrongly placed case does not."""
+    assert calibration.coverage(CASES) == {("stribeck_friction", "speed"): [True, False]}
+
+
+def test_a_phase_is_the_same_a_turn_later() -> None:
+    """-3.1 rad lies in (3.1, 3.3)."""
+    case = entry(1.0, (3.1, 3.3))
+    case["document"]["effects"][0]["parameters"] = {"phase": {"value": 3.2, "ci95": [3.1, 3.3]}}
+    case["truth"]["effects"][0]["parameters"] = {"phase": -3.1}
+    assert list(calibration.coverage([case]).values()) == [[True]]
+
+
+def test_the_section_prints_its_counts() -> None:
+    """n beside every share."""
+    text = "\n".join(calibration.section(CASES))
+    assert "2/3" in text
+    assert "1/2" in text
+    assert "| 0.9 .. 0.99 | 1 |" in text
