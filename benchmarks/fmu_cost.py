@@ -5,7 +5,8 @@
 times the native FMU, the pythonfmu flavour with its bundled kernel, a plain numpy slave of the same
 equations and an FMU that does nothing, through fmpy and from a bare C host, and the kernel alone at
 the same compiler flags; all in one run, in turns, the least of 41 rounds.  It needs gcc, and a
-libpython for the Python flavours in the C host.  Writes benchmarks/results/fmu_cost.json and docs/fmu.md.
+libpython for the Python flavours in the C host.  Writes benchmarks/results/fmu_cost.json and
+docs/fmu.md.
 """
 
 from __future__ import annotations
