@@ -4,8 +4,9 @@
 
 times the native FMU, the pythonfmu flavour with its bundled kernel, a plain numpy slave of the same
 equations and an FMU that does nothing, through fmpy and from a bare C host, and the kernel alone at
-the same compiler flags; all in one run, the least of 41 rounds.  It needs gcc, and a libpython for
-the Python flavours in the C host.  Writes benchmarks/results/fmu_cost.json and docs/fmu.md.
+the same compiler flags; all in one run, in turns, the least of 41 rounds.  It needs gcc, and a
+libpython for the Python flavours in the C host.  Writes benchmarks/results/fmu_cost.json and
+docs/fmu.md.
 """
 
 from __future__ import annotations
@@ -43,10 +44,11 @@ BEGIN, END = "<!-- fmu_cost: begin -->", "<!-- fmu_cost: end -->"
 MACHINE, STEP, SPEED, HALF, ROUNDS = "yin2018", 1e-3, 8.0, 100, 41  # [s], [rad/s]; as in C
 LIMIT = 3e-4  # [s] micro-step of that machine, held against the FMU's own below
 VARIABLES = ("phi1", "phi2", "phi1_rate", "phi2_rate", "x", "y")
+TURNS = 8  # more of the two that are close, and of the kernel
 SAME = 1e-9  # [m] between all that computes
 STEPS = {  # of a round in the C host and through fmpy, whole triangles
-    "native": (10_000, 1_000),
-    "empty": (10_000, 1_000),
+    "native": (10_000, 200),
+    "empty": (10_000, 200),
     "python": (1_000, 400),
     "numpy": (400, 200),
 }
@@ -209,18 +211,24 @@ def measure(folder: Path) -> dict[str, dict[str, float]]:
     host, found, ends = compiled_host(folder), dict[str, dict[str, float]](), dict[str, Any]()
     listed = candidates(folder)
     resources = (folder / "native" / "resources").as_uri()
-    kernel, ends["kernel"] = in_c_host(host, ["kernel", resources, str(STEPS["native"][0])])
-    found["kernel"] = {"c": kernel}
-    for candidate in [*listed, *listed[:2]]:  # the two that are close come twice
+    for candidate in [*listed, *listed[:2] * TURNS]:  # the two that are close come often
+        kernel, ends["kernel"] = in_c_host(host, ["kernel", resources, str(STEPS["native"][0])])
+        keep(found, "kernel", "c", kernel)
         name, python = candidate.name, candidate.name in ("python", "numpy")
         least, ends[name, "fmpy"] = through_fmpy(candidate, STEPS[name][1])
-        found.setdefault(name, {"fmpy": least})
-        found[name]["fmpy"] = min(least, found[name]["fmpy"])
+        keep(found, name, "fmpy", least)
         environment = python_environment() if python else dict(os.environ)
         if environment:
-            found[name]["c"], ends[name] = in_c_host(host, host_words(candidate), environment)
+            least, ends[name] = in_c_host(host, host_words(candidate), environment)
+            keep(found, name, "c", least)
     check(ends)
     return found
+
+
+def keep(found: dict[str, dict[str, float]], name: str, host: str, least: float) -> None:
+    """The least of all turns [ns]: the processor is shared and changes its speed between them."""
+    row = found.setdefault(name, {})
+    row[host] = min(least, row.get(host, least))
 
 
 def check(ends: dict[Any, list[float]]) -> None:
@@ -243,7 +251,7 @@ def table(document: dict[str, Any]) -> str:
     machine, load = document["machine"], document["load_before"][0]
     lines = [
         "Time of a step of 1 ms (set four inputs, do the step, get two outputs), machine "
-        f"{MACHINE} (a surrogate), least of {ROUNDS} rounds; {machine['cpu']}, "
+        f"{MACHINE} (a surrogate), least of {ROUNDS} rounds in each turn; {machine['cpu']}, "
         f"{machine['cores']} cores, load {load:.1f}; "
         f"`{document['command']}` at commit {document['commit'][:12]}:",
         "",

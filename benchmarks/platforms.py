@@ -36,6 +36,7 @@ RESULT = Path(__file__).parent / "results" / "platforms.json"
 OUTPUTS, INPUTS = ("x_true", "y_true", "x", "y"), ("phi1", "phi2", "phi1_rate", "phi2_rate")
 SIDES, SPEED, STEP = (0.056, 0.042), 0.1, 1e-3  # [m], [m/s], [s]
 ODD = "r\u00e9sources + #1"  # a folder that a URI has to escape
+INSTALL = "apt-get install qemu-user-static libc6-arm64-cross wine"
 ARM = ("qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu")
 
 
@@ -47,6 +48,12 @@ class Runner:
     target: str
     command: tuple[str, ...] = ()
     root: str = ""
+
+    def lacks(self) -> str | None:
+        """What is needed to run it and absent here."""
+        needed = (*self.command[:1], *self.command[2:])
+        absent = [n for n in needed if shutil.which(n) is None and not Path(n).is_dir()]
+        return absent[0] if absent else None
 
 
 RUNNERS = (
@@ -101,8 +108,8 @@ def compare(place: Path, machine: str) -> list[dict[str, Any]]:
     """A row for each binary that could run: how far it is from the first one [m]."""
     text, rows, first = rectangle_text(machine), [], None
     for runner in RUNNERS:
-        if runner.command and shutil.which(runner.command[0]) is None:
-            print(f"{runner.binary}: not run, {runner.command[0]} is not installed")
+        if runner.lacks():
+            print(f"{runner.binary}: not run, {runner.lacks()} is not installed ({INSTALL})")
             continue
         path = run(runner, place, text)
         first = path if first is None else first

@@ -109,6 +109,26 @@ def test_the_notebook_runs_from_top_to_bottom(tmp_path: Path) -> None:
     assert "largest difference" in told
 
 
+JUPYTER = """
+import os, sys, nbclient, nbformat
+del os.environ["MPLBACKEND"]  # Jupyter's own draws into the page
+book = nbformat.read(sys.argv[1], as_version=4)
+nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()
+for cell in book.cells:
+    for output in cell.get("outputs", []):
+        print(output.output_type, output.get("text", ""))
+"""
+
+
+def test_the_notebook_runs_in_jupyter() -> None:
+    """By nbclient, in a kernel of its own; the figure is drawn, no cell fails."""
+    if find_spec("nbclient") is None or find_spec("ipykernel") is None:
+        pytest.skip("nbclient or ipykernel is not installed (pip install nbclient ipykernel)")
+    told = run("-c", JUPYTER, str(PLACE / "fmu.ipynb"))
+    assert "largest difference" in told
+    assert "display_data" in told
+
+
 def test_what_was_not_run_says_so() -> None:
     """In the file itself and on the page."""
     page = (PLACE / "README.md").read_text(encoding="utf-8")

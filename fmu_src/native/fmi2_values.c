@@ -73,6 +73,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 {
     instance *i = c;
     if (!in_phase(i, "fmi2SetReal", SETTABLE) || !arrays(i, "fmi2SetReal", nvr, vr, value)) return fmi2Error;
+    if (slave_set_inputs(&i->now, vr, nvr, value)) return fmi2OK;
     for (size_t n = 0; n < nvr; n++)
         if (!settable(i, "fmi2SetReal", vr[n], REAL, value[n])) return fmi2Error;
     for (size_t n = 0; n < nvr; n++) slave_set(&i->now, slave_known(vr[n]), value[n]);

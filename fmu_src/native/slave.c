@@ -78,6 +78,19 @@ void slave_set(slave *s, const struct variable *v, double value)
     if (s->fresh && (v->role != INPUT || v->place < VOLTAGE)) s->fresh = 0;
 }
 
+/* inputs at once, as masters set them before each step; 0 and nothing set where one needs a closer look */
+int slave_set_inputs(slave *s, const unsigned reference[], size_t count, const double value[])
+{
+    for (size_t n = 0; n < count; n++) {
+        if (reference[n] >= VARIABLE_COUNT) return 0;
+        const struct variable *v = &VARIABLES[reference[n]];
+        const int within = value[n] >= v->lower && value[n] <= v->upper && fabs(value[n]) <= DBL_MAX;
+        if (v->role != INPUT || v->type != REAL || !within) return 0;
+    }
+    for (size_t n = 0; n < count; n++) slave_set(s, &VARIABLES[reference[n]], value[n]);
+    return 1;
+}
+
 /* only commanded angles ramp; voltages are held */
 void slave_set_slope(slave *s, const struct variable *v, double value)
 {

@@ -57,6 +57,7 @@ int slave_foresee(const slave *s, slave *trial, double *ahead, char *why);
 
 double slave_get(const slave *s, const struct variable *v);
 void slave_set(slave *s, const struct variable *v, double value);
+int slave_set_inputs(slave *s, const unsigned reference[], size_t count, const double value[]);
 void slave_set_slope(slave *s, const struct variable *v, double value);
 
 /* a direction in the space of what may be set before a run starts */
