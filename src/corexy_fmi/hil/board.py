@@ -149,20 +149,28 @@ class Board:
                 return self.status
         raise InputError("board: no reports, expected one every 10 ms")
 
-    def prepare(self, limits: Limits, centred: bool) -> Status:
-        """Out of any earlier fault, limits set, position known; the drivers stay as they are.
+    def configure(self, limits: Limits) -> None:
+        """Out of any earlier fault, limits set; the drivers stay as they are.
 
-        Raises InputError where the board moves, its e-stop is open, or nobody said where it stands.
+        Raises InputError where the board moves or its e-stop is open.
         """
         status = self.fresh_status()
-        if status.state in (State.RUNNING, State.STOPPING):
+        if status.state in (State.RUNNING, State.STOPPING, State.HOMING):
             raise InputError("board: it moves; stop its other user first")
         self.command(Type.CLEAR)
         self.command(Type.CONFIG, limits.pack())
+
+    def located(self, centred: bool) -> Status:
+        """Where it stands; raises InputError where nobody said."""
         if centred:
             self.command(Type.ORIGIN, PAIR.pack(0, 0))
         status = self.fresh_status()
         if not status.flags & Flag.POSITION_KNOWN:
-            raise InputError("board: it does not know where the carriage stands; move it to the "
-                             "centre of the stage by hand, then add --centred")  # fmt: skip
+            raise InputError("board: nobody knows where the carriage stands; add --home, or move "
+                             "it to the centre by hand and add --centred")  # fmt: skip
         return status
+
+    def prepare(self, limits: Limits, centred: bool) -> Status:
+        """`configure` and `located`."""
+        self.configure(limits)
+        return self.located(centred)
