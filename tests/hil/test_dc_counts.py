@@ -4,22 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from corexy_fmi.commands.hil_run import Setup, drive_on
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.drive import Drive
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.loop import Gains
-from corexy_fmi.hil.protocol import Cause, Flag, Message, State, Status, Type
+from corexy_fmi.hil.protocol import PAIR, Cause, Flag, Message, State, Status, Type
 from corexy_fmi.hil.segments import Segment, check, plan
+from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import load_machine
+from corexy_fmi.motion import command
+from corexy_fmi.rectangle import Rectangle
 from tests.hil.dc_rig import COUNTS, PARTS, SUPPLY, DcRig
 from tests.hil.kit import give, wait
+from tests.hil.rig import RigLines
 
 MACHINE = load_machine("yin2018_dc")
+ORIGIN = 65_000, -65_000  # from here counts pass 16 bits
 FASTEST = 40  # [counts/ms] of a reference, board.h
 
 
@@ -45,6 +52,7 @@ def ready(rig: DcRig) -> tuple[Board, Scale]:
 )
 def test_no_encoder_count_is_lost(rig: DcRig, one: float, two: float, turn: int) -> None:
     board, _ = ready(rig)
+    board.command(Type.ORIGIN, PAIR.pack(*ORIGIN))
     turned = [0]
 
     def wires(counts: tuple[int, int]) -> tuple[int, int]:
@@ -56,7 +64,7 @@ def test_no_encoder_count_is_lost(rig: DcRig, one: float, two: float, turn: int)
     goal = wires((0, 0))
     rig.wires = lambda counts: goal
     wait(board, 2e-3)
-    assert board.fresh_status().counts == goal
+    assert board.fresh_status().counts == (ORIGIN[0] + goal[0], ORIGIN[1] + goal[1])
 
 
 def test_no_count_is_lost_in_the_fastest_run(rig: DcRig) -> None:
@@ -129,3 +137,15 @@ def test_a_runaway_is_cut_off_by_the_encoders_themselves(rig: DcRig) -> None:
     status = board.fresh_status()
     assert status.fault is Cause.BY_COUNTS
     assert not status.flags & Flag.POSITION_KNOWN
+
+
+def test_the_command_drives_a_dc_board(rig: DcRig, tmp_path: Path) -> None:
+    out = tmp_path / "run.csv"
+    allowed = Allowed(jump=0.1)
+    setup = Setup(MACHINE, None, allowed, "rig", out, "rig", True, True, False, SUPPLY)
+    order = command(Rectangle(0.005, 0.004, 0.039).motion, 5e-3)
+    made = drive_on(setup, Board(rig), order, Tracker(RigLines(rig)))
+    assert made is not None
+    assert made.metadata["run"] == "complete"
+    assert "phi1_meas" in made.measured
+    assert made.metadata["controller"].startswith("pd kp=")

@@ -40,8 +40,8 @@ def check_controller(build: Build, settings: Mapping[int, float], per_mm: float)
         raise InputError(f"controller: $100={settings[100]:g} and $101={settings[101]:g} differ, "
                          "expected the same: x and y share both motors")  # fmt: skip
     if settings.get(STAYS, STAY_ON) != STAY_ON:
-        raise InputError(f"controller: $1={settings[STAYS]:g} switches the drivers off at every rest "
-                         f"and the place is lost, expected $1={STAY_ON}")  # fmt: skip
+        raise InputError(f"controller: $1={settings[STAYS]:g} switches the drivers off at every "
+                         f"rest and the place is lost, expected $1={STAY_ON}")  # fmt: skip
 
 
 def warnings(settings: Mapping[int, float], build: Build) -> list[str]:
