@@ -47,6 +47,13 @@ def test_home_is_dry_by_default() -> None:
     assert "--arm" in done.output
 
 
+def test_a_grbl_controller_knows_its_own_switches() -> None:
+    words = ["hil", "home", "--port", "nowhere", "--dialect", "grbl", "--at-x", "-0.08"]
+    done = CliRunner().invoke(app, words)
+    assert isinstance(done.exception, InputError)
+    assert "--at-x" in str(done.exception)
+
+
 def test_home_tells_where_it_stands(
     rig: Rig, setup: Setup, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -175,8 +175,16 @@ def rectangle(
         show_corners(corner_table(made, shape, times))
 
 
+def _check_switches(dialect: Dialect, switches: Switches) -> None:
+    """A GRBL controller knows its own; raises InputError where others are told."""
+    if dialect is Dialect.grbl and switches != Switches():
+        raise InputError("--at-x, --at-y, --home-speed: given with --dialect grbl, expected the "
+                         "controller's own settings $23 to $27, $130, $131")  # fmt: skip
+
+
 def _play(dialect: Dialect, setup: Setup, order: Recording) -> Recording | None:
     """A run on the board that speaks this dialect."""
+    _check_switches(dialect, setup.switches)
     return execute_grbl(setup, order) if dialect is Dialect.grbl else execute(setup, order, {})
 
 
@@ -318,13 +326,14 @@ def home(
 
     corexy hil home --port /dev/ttyUSB0 --at-x -0.085 --at-y -0.14 --arm
     """
+    switches = Switches(at_x, at_y, home_speed)
+    _check_switches(dialect, switches)
     if dialect is Dialect.grbl:
         home_controller(port, arm)
         return
     chosen = check_kind(load_machine(machine))
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    switches = Switches(at_x, at_y, home_speed)
     setup = Setup(chosen, counts, allowed, port, Path(), None, False, arm, False, supply, True,
                   switches)  # fmt: skip
     home_board(setup)
