@@ -122,7 +122,8 @@ ISR(TIMER2_COMPA_vect, ISR_NOBLOCK)
 	} else if (state == RUNNING) {
 		run();
 	} else if (state == STOPPING) {
-		advance();
+		if (SWITCHES_HIGH) motion_cut(BY_LIMIT_SWITCH);
+		else advance();
 	} else if (state == HOMING) {
 		home_tick();
 		advance();

@@ -84,7 +84,8 @@ ISR(TIMER1_COMPA_vect)
 	} else if (state == RUNNING) {
 		run();
 	} else if (state == STOPPING) {
-		advance();
+		if (SWITCHES_HIGH) motion_cut(BY_LIMIT_SWITCH);
+		else advance();
 	} else if (state == HOMING) {
 		home_tick();
 		advance();

@@ -119,6 +119,21 @@ def test_an_empty_queue_ends_in_a_ramp(rig: Rig) -> None:
     assert np.diff(cycles)[-1] > 1.5 * np.diff(cycles)[10]  # slower and slower
 
 
+def test_a_limit_switch_ends_a_ramp_too(rig: Rig) -> None:
+    board, _ = armed(rig, Allowed(acceleration=0.02))
+    assert give(board, Segment(2500, SLOW, SLOW)) is Cause.NOTHING
+    start(board)
+    wait(board, 0.2)
+    assert board.fresh_status().state is State.STOPPING  # the queue ran dry
+    rig.emulator.pin("B1", 1)
+    struck = rig.emulator.cycle
+    wait(board, 0.5)
+    status = board.fresh_status()
+    assert (status.state, status.fault) == (State.FAULT, Cause.BY_LIMIT_SWITCH)
+    assert (int(rig.rising(2)[0].max()) - struck) / 16e3 < 0.05  # [ms]
+    assert not status.flags & Flag.POSITION_KNOWN
+
+
 def test_watchdog_holds_while_nothing_moves(rig: Rig) -> None:
     board, _ = armed(rig)
     wait(board, 0.4, beat=False)
