@@ -27,7 +27,7 @@ from corexy_fmi.hil.protocol import (
 )
 
 PATIENCE, TRIES = 0.04, 20  # [s] until a command is sent again, and how often
-BEAT, PING = 0.03, 0.1  # [s] between frames that keep the watchdog content, and clock samples
+BEAT, PING = 0.02, 0.1  # [s] between frames that keep the watchdog content, and clock samples
 BOOT = 3.0  # [s] a bootloader may hold the board
 
 
@@ -101,6 +101,7 @@ class Board:
             self.send(kind, body)
             deadline = self.port.now() + PATIENCE
             while self.port.now() < deadline:
+                self.keep_alive()  # an answer that gets lost may take longer than the watchdog
                 self.poll()
                 for reply in self._replies:
                     if reply.type == kind:

@@ -153,6 +153,9 @@ class Drive:
             if self.board.request(Type.RUN, WORD.pack(tick)) is Cause.NOTHING:
                 self._started = True
                 return
+            status = self.board.fresh_status()
+            if status.state is State.FAULT:
+                raise InputError(ADVICE.get(status.fault, status.fault.name))
         raise InputError("board: it did not start; the link is too bad, see `corexy hil check`")
 
     def _moving(self) -> bool:
