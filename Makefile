@@ -15,7 +15,7 @@ help:
 	@echo "make bench         speed against peers"
 	@echo "make firmware      firmware of the board (needs gcc-avr avr-libc)"
 	@echo "make flash PORT=p  builds it and writes it to the board at p (needs avrdude)"
-	@echo "make hil           faults and ten minutes on an emulated board"
+	@echo "make hil           faults, ten minutes and commissioning on an emulated board"
 
 bootstrap:
 	@sh scripts/bootstrap
@@ -60,3 +60,4 @@ flash: firmware
 hil: bootstrap
 	@$(PYTHON) -m tests.hil.faults
 	@$(PYTHON) -m tests.hil.soak
+	@$(PYTHON) -m tests.hil.commissioning

@@ -14,24 +14,26 @@
 #define KIND 'D'
 #define ENCODERLESS 0
 #define TICK_HZ 1000UL
-#define FRACTION_BITS 20 /* 1 count = 2^20: rates up to 2047 counts a tick */
+#define FRACTION_BITS 20 /* 1 count = 2^20 */
+#define FASTEST (40UL << FRACTION_BITS) /* of a reference; both encoders are followed to 50 a tick */
 #define ESTOP_HIGH (PIND & _BV(PD4))
 #define SWITCHES_HIGH (PIND & (_BV(PD2) | _BV(PD3)))
-#define SWITCH_X_HIGH (PIND & _BV(PD2))
-#define SWITCH_Y_HIGH (PIND & _BV(PD3))
+#define SWITCH_X_PIN _BV(PD2)
+#define SWITCH_Y_PIN _BV(PD3)
 #else
 #define KIND 'S'
 #define ENCODERLESS 1 /* counts are commands: after a sudden stop nobody knows the place */
 #define TICK_HZ 25000UL /* a step is high for one tick, 40 us: the TB6560 wants 30 us */
-#define FRACTION_BITS 32 /* 1 step = 2^32: rates up to half a step a tick */
+#define FRACTION_BITS 32 /* 1 step = 2^32 */
+#define FASTEST 0x7fffffffUL /* half a step a tick: one high, one low */
 #define STEP_A _BV(PD2)
 #define STEP_B _BV(PD3)
 #define DIRECTION_A _BV(PD5)
 #define DIRECTION_B _BV(PD6)
 #define ESTOP_HIGH (PINC & _BV(PC0))
 #define SWITCHES_HIGH (PINB & (_BV(PB1) | _BV(PB2)))
-#define SWITCH_X_HIGH (PINB & _BV(PB1))
-#define SWITCH_Y_HIGH (PINB & _BV(PB2))
+#define SWITCH_X_PIN _BV(PB1)
+#define SWITCH_Y_PIN _BV(PB2)
 #endif
 
 #define DRIVERS_OFF_PIN _BV(PB0) /* high: drivers off */

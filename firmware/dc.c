@@ -6,42 +6,22 @@
 #include <avr/io.h>
 #include <string.h>
 
+#include "encoder.h"
+#include "home.h"
 #include "motion.h"
 #include "protocol.h"
 
 #define PWM_TOP 799 /* 16 MHz / 800 = 20 kHz */
-#define ENCODERS 0x0f /* PC0 to PC3: A, B of motor 1, A, B of motor 2 */
 #define FAR 32000 /* [1/256 count] errors beyond it count as this much */
-#define STORM 100 /* counts of both in a tick, far beyond what the firmware follows */
 #define PATIENCE 20 /* [ms] for which a motor may be too far from its reference */
 
 static struct gains gains;
-static volatile int32_t count[2];
 static int64_t reference[2]; /* 2^-FRACTION_BITS count */
 static int32_t rate[2], last_count[2];
 static int16_t volts[2]; /* [mV] */
 static uint16_t ticks_left;
 static uint8_t astray[2];
-static volatile uint8_t before; /* what the encoders showed */
-static volatile uint8_t events; /* of the encoders since the last tick */
 static volatile uint16_t longest;
-
-/* change of count by (old state, new state), 2 bits each; two steps at once count as none */
-static const int8_t MOVES[16] = { 0, 1, -1, 0, -1, 0, 0, 1, 1, 0, 0, -1, 0, -1, 1, 0 };
-
-ISR(PCINT1_vect)
-{
-	uint8_t now = PINC & ENCODERS;
-	/* faster than the loop can follow, as when a motor runs away: volts off, and no more of these
-	 * interrupts, which would keep the tick from ever seeing it */
-	if (++events > STORM) {
-		PCICR = 0;
-		TCCR1A = _BV(WGM11);
-	}
-	count[0] += MOVES[((before & 3) << 2) | (now & 3)];
-	count[1] += MOVES[(before & 12) | (now >> 2)];
-	before = now;
-}
 
 static void apply(uint8_t m, int16_t mv)
 {
@@ -59,16 +39,6 @@ static void apply(uint8_t m, int16_t mv)
 	else TCCR1A &= ~output;
 }
 
-/* a count whose bytes belong together: its interrupt may come between them */
-static int32_t counted(uint8_t m)
-{
-	uint8_t saved = SREG;
-	cli();
-	int32_t now = count[m];
-	SREG = saved;
-	return now;
-}
-
 static int32_t clipped(int32_t value, int32_t limit)
 {
 	return value > limit ? limit : value < -limit ? -limit : value;
@@ -77,7 +47,7 @@ static int32_t clipped(int32_t value, int32_t limit)
 /* the loop of one motor; gains are mV per count, in 1/256 */
 static void control(uint8_t m)
 {
-	int32_t now = counted(m), moved = now - last_count[m];
+	int32_t now = encoder_get(m), moved = now - last_count[m];
 	int64_t away = reference[m] - ((int64_t)now << FRACTION_BITS)
 		- ((int64_t)1 << (FRACTION_BITS - 1));
 	int32_t error = away >> (FRACTION_BITS - 8);
@@ -126,29 +96,43 @@ static void run(void)
 static uint8_t limp(void)
 {
 	uint8_t cut = fault == BY_ESTOP_FRAME || fault == BY_ESTOP_PIN || fault == BY_LIMIT_SWITCH
-		|| fault == BY_ENCODER;
+		|| fault == BY_ENCODER || fault == BY_COUNTS;
 	return state == IDLE || (state == FAULT && cut);
+}
+
+/* before anybody knows the place, as when the encoders' supply comes on, nothing is lost with it */
+static void lost_count(void)
+{
+	if (state == IDLE && !position_known) encoder_resume();
+	else if (state != FAULT) motion_cut(BY_COUNTS);
+	position_known = 0;
 }
 
 /* interrupts stay on inside: the encoders must not wait for the loop */
 ISR(TIMER2_COMPA_vect, ISR_NOBLOCK)
 {
+	cli();
 	tick++;
-	events = 0;
-	if (!PCICR && state != FAULT) motion_cut(BY_ENCODER);
+	encoder_tick();
+	sei();
+	if (!encoder_counts()) lost_count();
 	if (ESTOP_HIGH) {
 		PORTB |= DRIVERS_OFF_PIN;
 		if (state != FAULT || fault != BY_ESTOP_PIN) motion_cut(BY_ESTOP_PIN);
 	} else if (state == RUNNING) {
 		run();
 	} else if (state == STOPPING) {
+		if (SWITCHES_HIGH) motion_cut(BY_LIMIT_SWITCH);
+		else advance();
+	} else if (state == HOMING) {
+		home_tick();
 		advance();
 	} else if (state == ARMED && start_set && (int32_t)(tick - start_tick) >= 0) {
 		start_set = 0;
 		state = RUNNING;
 	}
 	for (uint8_t m = 0; m < 2; m++) {
-		if (limp()) apply(m, 0), last_count[m] = counted(m);
+		if (limp()) apply(m, 0), last_count[m] = encoder_get(m);
 		else control(m);
 	}
 	uint16_t now = (uint16_t)TCNT2 * 64;
@@ -159,12 +143,9 @@ void drive_begin(void)
 {
 	PORTB = DRIVERS_OFF_PIN;
 	DDRB = DRIVERS_OFF_PIN | _BV(PB1) | _BV(PB2);
-	PORTC = ENCODERS;
 	PORTD = _BV(PD2) | _BV(PD3) | _BV(PD4); /* pull-ups of the switches */
 	DDRD = _BV(PD5) | _BV(PD6);
-	PCICR = _BV(PCIE1);
-	PCMSK1 = ENCODERS;
-	before = PINC & ENCODERS;
+	encoder_begin();
 	ICR1 = PWM_TOP;
 	TCCR1A = _BV(WGM11);
 	TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS10);
@@ -196,16 +177,20 @@ void drive_counts(int32_t counts[2])
 {
 	uint8_t saved = SREG;
 	cli();
-	counts[0] = count[0];
-	counts[1] = count[1];
+	counts[0] = encoder_get(0);
+	counts[1] = encoder_get(1);
 	SREG = saved;
 }
 
 void drive_set_counts(const int32_t counts[2])
 {
+	uint8_t saved = SREG;
 	cli();
-	for (uint8_t m = 0; m < 2; m++) count[m] = last_count[m] = counts[m];
-	sei();
+	for (uint8_t m = 0; m < 2; m++) {
+		encoder_set(m, counts[m]);
+		last_count[m] = counts[m];
+	}
+	SREG = saved;
 }
 
 void drive_rates(int32_t rates[2])
@@ -223,13 +208,12 @@ void drive_set_rates(const int32_t rates[2])
 void drive_reset(void)
 {
 	ticks_left = 0;
-	events = 0;
-	PCICR = _BV(PCIE1);
+	encoder_resume();
 	for (uint8_t m = 0; m < 2; m++) {
 		rate[m] = 0;
 		astray[m] = 0;
-		last_count[m] = count[m];
-		reference[m] = ((int64_t)count[m] << FRACTION_BITS) + ((int64_t)1 << (FRACTION_BITS - 1));
+		last_count[m] = encoder_get(m);
+		reference[m] = ((int64_t)last_count[m] << FRACTION_BITS) + ((int64_t)1 << (FRACTION_BITS - 1));
 	}
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "board.h"
+#include "home.h"
 #include "link.h"
 #include "motion.h"
 #include "protocol.h"
@@ -14,7 +15,7 @@
 
 struct info {
 	uint8_t version, kind, queue, reset_cause, fraction_bits;
-	uint32_t tick_hz, cpu_hz;
+	uint32_t tick_hz, cpu_hz, fastest;
 } __attribute__((packed));
 
 struct status {
@@ -32,7 +33,8 @@ static uint8_t reset_cause, configured;
 
 static void send_info(void)
 {
-	struct info info = { PROTOCOL_VERSION, KIND, QUEUE, reset_cause, FRACTION_BITS, TICK_HZ, F_CPU };
+	struct info info = { PROTOCOL_VERSION, KIND, QUEUE, reset_cause, FRACTION_BITS, TICK_HZ, F_CPU,
+		FASTEST };
 	link_send(INFO, &info, sizeof info);
 }
 
@@ -40,8 +42,8 @@ static uint8_t flags(void)
 {
 	uint8_t now = position_known ? POSITION_KNOWN : 0;
 	if (drive_enabled()) now |= DRIVERS_ON;
-	if (SWITCH_X_HIGH) now |= SWITCH_X;
-	if (SWITCH_Y_HIGH) now |= SWITCH_Y;
+	if (SWITCHES_HIGH & SWITCH_X_PIN) now |= SWITCH_X;
+	if (SWITCHES_HIGH & SWITCH_Y_PIN) now |= SWITCH_Y;
 	if (ESTOP_HIGH) now |= ESTOP_OPEN;
 	return now;
 }
@@ -91,10 +93,12 @@ static uint8_t on_config(const uint8_t *body, uint8_t length)
 	return NOTHING;
 }
 
-static uint8_t on_arm(void)
+/* a body of one byte: for homing, which needs no known place */
+static uint8_t on_arm(uint8_t length)
 {
+	if (length > 1) return REFUSED_FORM;
 	if (state == ARMED && !start_set && next_frame == 0) return NOTHING; /* its reply was lost */
-	if (state != IDLE || !configured || !position_known) return REFUSED_STATE;
+	if (state != IDLE || !configured || !(position_known || length)) return REFUSED_STATE;
 	if (ESTOP_HIGH) return BY_ESTOP_PIN;
 	if (SWITCHES_HIGH) return BY_LIMIT_SWITCH;
 	motion_reset();
@@ -121,9 +125,11 @@ static uint8_t on_run(const uint8_t *body, uint8_t length)
 	return ahead ? NOTHING : REFUSED_FORM;
 }
 
+static uint8_t moving(void) { return state == RUNNING || state == STOPPING || state == HOMING; }
+
 static uint8_t on_clear(void)
 {
-	if (state == RUNNING || state == STOPPING) return REFUSED_STATE;
+	if (moving()) return REFUSED_STATE;
 	if (ESTOP_HIGH) return BY_ESTOP_PIN;
 	motion_reset();
 	fault = NOTHING;
@@ -144,7 +150,7 @@ static uint8_t on_origin(const uint8_t *body, uint8_t length)
 
 static uint8_t on_release(void)
 {
-	if (state == RUNNING || state == STOPPING || state == ARMED) return REFUSED_STATE;
+	if (moving() || state == ARMED) return REFUSED_STATE;
 	drive_enable(0);
 	if (ENCODERLESS) position_known = 0;
 	return NOTHING;
@@ -162,7 +168,7 @@ static uint8_t on_segments(const uint8_t *body, uint8_t length)
 {
 	uint16_t number;
 	memcpy(&number, frame + 1, sizeof number);
-	if (state != ARMED && state != RUNNING) return REFUSED_STATE;
+	if ((state != ARMED && state != RUNNING) || !position_known) return REFUSED_STATE;
 	if ((int16_t)(number - next_frame) < 0) return NOTHING; /* we have it already */
 	if (number != next_frame) return REFUSED_ORDER;
 	uint8_t why = motion_accept(body, length);
@@ -174,13 +180,14 @@ static uint8_t command(const uint8_t *body, uint8_t length)
 {
 	switch (frame[0]) {
 	case CONFIG: return on_config(body, length);
-	case ARM: return on_arm();
+	case ARM: return on_arm(length);
 	case RUN: return on_run(body, length);
 	case STOP: motion_stop(BY_HOST); return NOTHING;
 	case ESTOP: return on_estop();
 	case CLEAR: return on_clear();
 	case ORIGIN: return on_origin(body, length);
 	case RELEASE: return on_release();
+	case HOME: return home_begin(body, length);
 	case SEGMENTS: return on_segments(body, length);
 #ifdef DC
 	case GAINS: return state == IDLE ? drive_gains(body, length) : REFUSED_STATE;

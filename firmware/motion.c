@@ -3,6 +3,7 @@
 #include <avr/interrupt.h>
 #include <string.h>
 
+#include "home.h"
 #include "protocol.h"
 
 struct config config = { 0, 0, 0, 0, 0, 0, 0, 1, 200, 10 }; /* until CONFIG comes nothing may move */
@@ -29,7 +30,7 @@ void motion_stop(uint8_t cause)
 {
 	uint8_t saved = SREG;
 	cli();
-	if (state == RUNNING) {
+	if (state == RUNNING || state == HOMING) {
 		state = STOPPING;
 		fault = cause;
 		ramp_fresh = 1;
@@ -46,7 +47,7 @@ void motion_cut(uint8_t cause)
 	uint8_t saved = SREG;
 	cli();
 	uint8_t moved = state == RUNNING || state == STOPPING;
-	if (cause == BY_ENCODER || (ENCODERLESS && moved)) position_known = 0;
+	if (cause == BY_ENCODER || cause == BY_COUNTS || (ENCODERLESS && moved)) position_known = 0;
 	if (state != FAULT || cause == BY_ESTOP_PIN || cause == BY_ESTOP_FRAME) fault = cause;
 	state = FAULT;
 	drive_set_rates(none);
@@ -76,7 +77,7 @@ static uint8_t rate_fault(const struct segment *next, const struct end *from, ui
 	uint16_t shorter = next->ticks < from->last.ticks ? next->ticks : from->last.ticks;
 	uint64_t allowed = config.jump + (uint64_t)config.acceleration * shorter;
 	uint32_t change = now > before ? (uint32_t)now - before : (uint32_t)before - now;
-	if (magnitude(now) > config.rate) return BY_RATE;
+	if (magnitude(now) > config.rate || magnitude(now) > FASTEST) return BY_RATE;
 	if (change > allowed) return BY_ACCELERATION;
 	if (KIND == 'S' && ((now < 0 && before > 0) || (now > 0 && before < 0))) return BY_REVERSAL;
 	return NOTHING;
@@ -152,7 +153,8 @@ static void ramp(void)
 
 void motion_millisecond(void)
 {
-	uint8_t live = state == ARMED || state == RUNNING;
+	uint8_t live = state == ARMED || state == RUNNING || state == HOMING;
 	if (live && ++silent_ms > config.watchdog) motion_stop(BY_WATCHDOG);
 	if (state == STOPPING) ramp();
+	if (state == HOMING) home_millisecond();
 }

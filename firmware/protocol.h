@@ -5,7 +5,7 @@
 #ifndef PROTOCOL_H
 #define PROTOCOL_H
 
-#define PROTOCOL_VERSION 1
+#define PROTOCOL_VERSION 2
 #define FRAME_SIZE 64 /* [bytes] decoded: type, sequence, body, CRC */
 #define SEGMENT_SIZE 10 /* [bytes] ticks u16, rate i32 of each motor */
 
@@ -13,7 +13,7 @@
 enum {
 	HELLO = 0x01, /* -> INFO */
 	CONFIG = 0x02, /* struct config */
-	ARM = 0x03, /* drivers on, queue empty */
+	ARM = 0x03, /* drivers on, queue empty; a body of one byte: to home */
 	RUN = 0x04, /* start tick u32 */
 	STOP = 0x05, /* ramp down */
 	ESTOP = 0x06, /* no further step, drivers off */
@@ -23,6 +23,7 @@ enum {
 	ORIGIN = 0x0a, /* counts i32, i32 of where the carriage stands */
 	RELEASE = 0x0b, /* drivers off: the position is lost */
 	GAINS = 0x0c, /* dc only: struct gains */
+	HOME = 0x0d, /* struct home; when armed */
 	SEGMENTS = 0x10 /* numbered from 0 at each ARM */
 };
 
@@ -34,7 +35,7 @@ enum {
 	REPLY = 0x84 /* type u8, code u8, next segment frame u16, free u8 */
 };
 
-enum { IDLE, ARMED, RUNNING, STOPPING, FAULT };
+enum { IDLE, ARMED, RUNNING, STOPPING, FAULT, HOMING };
 
 /* why it stopped, and why a frame was refused */
 enum {
@@ -50,6 +51,8 @@ enum {
 	BY_ACCELERATION,
 	BY_REVERSAL, /* a rate changed its sign without two ticks at zero */
 	BY_ENCODER, /* dc: the motor does not follow */
+	BY_COUNTS, /* dc: an encoder's edge was missed, or they came too fast */
+	BY_HOMING, /* no switch on the way, or it did not close again */
 	REFUSED_STATE, /* from here on: refused, nothing stops */
 	REFUSED_ORDER, /* not the next segment frame */
 	REFUSED_FULL,

@@ -2,6 +2,7 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
+#include "home.h"
 #include "motion.h"
 #include "protocol.h"
 
@@ -14,20 +15,26 @@ static uint16_t ticks_left;
 static uint8_t pulses, backward_a, backward_b;
 static volatile uint16_t longest;
 
-/* rates of the next segment and their directions; a direction stays while its rate is zero */
-static inline uint8_t load(void)
+/* rates and their directions; a direction stays while its rate is zero */
+static inline void turn(int32_t a, int32_t b)
 {
-	volatile struct segment *next = &queue[queue_tail & (QUEUE - 1)];
 	uint8_t port = PORTD;
-	ticks_left = next->ticks;
-	rate_a = next->rate[0];
-	rate_b = next->rate[1];
-	queue_tail++;
+	rate_a = a;
+	rate_b = b;
 	if (rate_a < 0) backward_a = 1, port |= DIRECTION_A;
 	else if (rate_a > 0) backward_a = 0, port &= ~DIRECTION_A;
 	if (rate_b < 0) backward_b = 1, port |= DIRECTION_B;
 	else if (rate_b > 0) backward_b = 0, port &= ~DIRECTION_B;
 	PORTD = port;
+}
+
+/* the next segment; none without ticks */
+static inline uint8_t load(void)
+{
+	volatile struct segment *next = &queue[queue_tail & (QUEUE - 1)];
+	ticks_left = next->ticks;
+	turn(next->rate[0], next->rate[1]);
+	queue_tail++;
 	return ticks_left != 0;
 }
 
@@ -77,6 +84,10 @@ ISR(TIMER1_COMPA_vect)
 	} else if (state == RUNNING) {
 		run();
 	} else if (state == STOPPING) {
+		if (SWITCHES_HIGH) motion_cut(BY_LIMIT_SWITCH);
+		else advance();
+	} else if (state == HOMING) {
+		home_tick();
 		advance();
 	} else if (state == ARMED && start_set && (int32_t)(tick - start_tick) >= 0) {
 		start_set = 0;
@@ -119,10 +130,11 @@ void drive_counts(int32_t counts[2])
 
 void drive_set_counts(const int32_t counts[2])
 {
+	uint8_t saved = SREG;
 	cli();
 	count_a = counts[0];
 	count_b = counts[1];
-	sei();
+	SREG = saved;
 }
 
 void drive_rates(int32_t rates[2])
@@ -133,8 +145,7 @@ void drive_rates(int32_t rates[2])
 
 void drive_set_rates(const int32_t rates[2])
 {
-	rate_a = rates[0];
-	rate_b = rates[1];
+	turn(rates[0], rates[1]);
 	if (!rate_a && !rate_b) pulses = 0;
 }
 

@@ -27,6 +27,7 @@
 
 #define FREQUENCY 16000000
 #define MANY (1 << 20)
+#define ENTRY 4 /* [cycles] of an interrupt */
 
 struct edge {
 	uint64_t cycle;
@@ -128,8 +129,9 @@ static int run_to(uint64_t cycle)
 	int state = avr->state;
 	if (avr->cycle >= cycle) return state;
 	pump();
-	/* without a timer here a sleep would jump beyond the goal */
-	avr_cycle_timer_register(avr, cycle - avr->cycle, nothing, NULL);
+	/* without a timer here a sleep would jump beyond the goal; one right at the goal would be gone
+	 * when the instruction that reaches the goal is the sleep itself */
+	avr_cycle_timer_register(avr, cycle - avr->cycle + 1, nothing, NULL);
 	while (avr->cycle < cycle) {
 		state = avr_run(avr);
 		if (state == cpu_Done || state == cpu_Crashed) break;
@@ -238,8 +240,18 @@ static void obey(int order)
 	}
 }
 
+/* simavr enters an interrupt in no time, the chip in four cycles */
+static void on_interrupt(avr_irq_t *irq, uint32_t value, void *param)
+{
+	(void)irq, (void)param;
+	int entered = !avr->sreg[S_I] && avr->pc == value * avr->vector_size; /* else it returned */
+	if (value && entered) avr->cycle += ENTRY;
+}
+
 static void wire(void)
 {
+	avr_irq_register_notify(avr_get_interrupt_irq(avr, AVR_INT_ANY) + AVR_INT_IRQ_RUNNING,
+		on_interrupt, NULL);
 	uint32_t uart_flags = 0;
 	avr_ioctl(avr, AVR_IOCTL_UART_GET_FLAGS('0'), &uart_flags);
 	uart_flags &= ~(AVR_UART_FLAG_STDIO | AVR_UART_FLAG_POLL_SLEEP);

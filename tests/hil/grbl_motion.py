@@ -31,6 +31,7 @@ class Motion:
     """Counts of both motors, the blocks ahead, the speed."""
 
     settings: dict[int, float]
+    usable: int = USABLE
     counts: list[int] = field(default_factory=lambda: [0, 0])
     emitted: list[int] = field(default_factory=lambda: [0, 0])  # steps either way
     blocks: list[Block] = field(default_factory=list)
@@ -53,7 +54,7 @@ class Motion:
         return (a + b) / 2 / self.settings[100], (a - b) / 2 / self.settings[101]
 
     def full(self) -> bool:
-        return len(self.blocks) >= USABLE
+        return len(self.blocks) >= self.usable
 
     def place(self, x: int, y: int) -> None:
         """Counts by decree: homing, reset."""

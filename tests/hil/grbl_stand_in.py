@@ -3,7 +3,8 @@
 Faithful: receive ring of 128 bytes that drops what does not fit, realtime characters picked off,
 ok/error for each line, planner of 16 blocks that blocks the reader, alarm lock, a reset swallowed
 for half a second after an alarm, silence after a limit alarm and while homing, steps as GRBL rounds
-them.  Not modelled: 10 ms pieces of ramps, noise, USB, overrides, spindle, z, arcs.
+them.  As grblHAL or FluidNC it has their buffers, settings, reports, alarms (`grbl_firmware.py`).
+Not modelled: 10 ms pieces of ramps, noise, USB, overrides, spindle, z, arcs.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from dataclasses import dataclass, field
 
 from tests.hil.grbl_code import Reader, Rest, Way
 from tests.hil.grbl_firmware import GRBL, SETTINGS, Firmware
-from tests.hil.grbl_motion import TICK, USABLE, Motion
+from tests.hil.grbl_motion import TICK, Motion
 
-RING, LINE = 128, 79  # [bytes] of the receive buffer; of a line
+LINE = 79  # [bytes] of a line
 BYTE = 10 / 115_200  # [s] on the wire
 BUSY = 2e-3  # [s] to parse and plan a line
 DELAY = 0.5  # [s] GRBL waits after an alarm
@@ -38,7 +39,7 @@ class StandIn:
 
     def __post_init__(self) -> None:
         self.settings = SETTINGS | self.settings
-        self.motion = Motion(self.settings)
+        self.motion = Motion(self.settings, self.firmware.blocks)
         self._wire: deque[int] = deque()
         self._ring: deque[int] = deque()
         self._out = bytearray()
@@ -49,6 +50,7 @@ class StandIn:
         self._critical = self._clears = False
         self._wants_report = False
         self._reader = Reader()
+        self._alarm = self.firmware.unhomed
         if self.settings[22]:
             self.state = "Alarm"
         self._welcome()
@@ -91,7 +93,7 @@ class StandIn:
         elif byte > 0x7F:
             if byte == 0x84:
                 self._hold("Door")
-        elif len(self._ring) >= RING:
+        elif len(self._ring) >= self.firmware.ring:
             self.overflowed += 1
         else:
             self._ring.append(byte)
@@ -104,6 +106,8 @@ class StandIn:
         self._say(f"\r\n{self.firmware.banner}")
         if self.state == "Alarm":
             self._say("[MSG:'$H'|'$X' to unlock]")
+            if self._alarm:
+                self._say(f"ALARM:{self._alarm}")
 
     # realtime
 
@@ -140,8 +144,11 @@ class StandIn:
     def alarm(self, code: int) -> None:
         """A limit switch or a soft limit: everything stands, and waits for a reset."""
         self.motion.clear()
-        self.state, self._critical = "Alarm", True
+        self.state, self._critical, self._alarm = "Alarm", True, code
         self._say(f"ALARM:{code}")
+        if self.firmware.talks:
+            self._say("[MSG:Reset to continue]")
+            return
         self._deaf = self._busy = self.time + DELAY
         self._clears = False
         self._waiting = "critical", self._deaf
@@ -152,28 +159,34 @@ class StandIn:
             state += ":1" if self.motion.running else ":0"
         if state == "Idle" and self.motion.running:
             state = "Run"
+        if state == "Alarm" and self.firmware.substate:
+            state += f":{self._alarm}"
         x, y = self.motion.xy
         kind = "MPos" if int(self.settings[10]) & 1 else "WPos"
         if kind == "WPos":
             x, y = x - self.offset[0], y - self.offset[1]
         words = [state, f"{kind}:{x:.3f},{y:.3f},0.000"]
         if int(self.settings[10]) & 2:
-            words.append(f"Bf:{USABLE - len(self.motion.blocks)},{RING - len(self._ring)}")
+            words.append(f"Bf:{self.motion.usable - len(self.motion.blocks)},"
+                         f"{self.firmware.ring - len(self._ring)}")  # fmt: skip
         words.append(f"FS:{60 * self.motion.speed:.0f},0")
         if self.reports % (30 if self.motion.running else 10) == 0:
             words.append(f"WCO:{self.offset[0]:.3f},{self.offset[1]:.3f},0.000")
         self.reports += 1
-        self._say(f"<{'|'.join(words)}>")
+        tail = self.firmware.tail if self.reports % 10 == 1 else ""
+        self._say(f"<{'|'.join(words)}{tail}>")
 
     # the main program
 
     def _serve(self) -> None:
         if self._waiting is not None and not self._woken():
             return
-        if self._wants_report and not self._critical and self.state != "Home":
+        mute = self._critical or self.state == "Home"
+        if self._wants_report and (self.firmware.talks or not mute):
             self._wants_report = False
             self._report()
-        if self.state in ("Hold", "Door", "Sleep") or self._critical or self.time < self._busy:
+        stuck = self._critical and not self.firmware.talks
+        if self.state in ("Hold", "Door", "Sleep") or stuck or self.time < self._busy:
             return
         while self._ring and self._waiting is None and self.time >= self._busy:
             self._character(chr(self._ring.popleft()))
@@ -186,7 +199,8 @@ class StandIn:
         """Whether what the main program waits for has come; reports are given meanwhile."""
         assert self._waiting is not None
         why, until = self._waiting
-        if why in ("room", "rest", "dwell") and self._wants_report:
+        asked = why in ("room", "rest", "dwell") or (why == "home" and self.firmware.talks)
+        if asked and self._wants_report:
             self._wants_report = False
             self._report()
         if self.state in ("Hold", "Door"):
@@ -216,7 +230,7 @@ class StandIn:
         elif why == "home":
             pull = round(self.settings[27] * self.settings[100])
             self.motion.place(-pull, -pull)
-            self.state = "Idle"
+            self.state, self._alarm = "Idle", 0
             self._say("ok")
         elif why == "welcome":
             self._welcome()
@@ -240,6 +254,8 @@ class StandIn:
 
     def _execute(self, line: str) -> int | None:
         """Its code; None where the answer comes later."""
+        if self._critical and line[:2] not in ("$I", "$$", "$G"):
+            return self.firmware.critical
         if line.startswith("$"):
             return self._system(line)
         if not line:
@@ -255,7 +271,10 @@ class StandIn:
         elif self.state not in ("Idle", "Alarm"):
             return 8
         elif line == "$$":
+            tells = self.firmware.tells
             for number, value in sorted(self.settings.items()):
+                if tells is not None and number not in tells:
+                    continue
                 self._say(f"${number}={value:.3f}" if number > 99 else f"${number}={value:g}")
         elif line == "$X":
             self.state = "Idle"

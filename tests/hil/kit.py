@@ -10,7 +10,8 @@ from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.drive import Drive, Log, Watcher
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.motions import with_approach
-from corexy_fmi.hil.segments import Plan, check, step_ticks
+from corexy_fmi.hil.protocol import SEGMENT, WORD, Cause, Type
+from corexy_fmi.hil.segments import Plan, Segment, check, step_ticks
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.motion import command
 from corexy_fmi.recording import Recording
@@ -71,3 +72,28 @@ def jitter(rig: Rig, log: Log) -> tuple[float, list[int]]:
         latest = max(latest, float(late.max()) / 16)
         made.append(len(cycles))
     return latest, made
+
+
+def give(board: Board, *segments: Segment, number: int = 0) -> Cause:
+    """One frame of segments; what the board says to it."""
+    board._replies.clear()
+    board.send(Type.SEGMENTS, b"".join(SEGMENT.pack(*s) for s in segments), number)
+    for _ in range(20):
+        board.poll()
+        if board._replies:
+            return board._replies[-1].code
+    raise AssertionError("no reply")
+
+
+def start(board: Board) -> None:
+    """RUN, half a thousand ticks ahead."""
+    board.command(Type.RUN, WORD.pack(board.fresh_status().tick + 500))
+
+
+def wait(board: Board, seconds: float, beat: bool = True) -> None:
+    """Let emulated time pass [s]."""
+    end = board.port.now() + seconds
+    while board.port.now() < end:
+        if beat:
+            board.keep_alive()
+        board.poll()

@@ -33,12 +33,14 @@ def soak(minutes: float) -> dict[str, float]:
         assert prepared.tracker.bad == 0
         assert abs(samples - 40 * run.time[-1]) <= 2
         _, rate = prepared.board.clock.fit()
+        assert prepared.board.status is not None
         return {
             "emulated (s)": rig.now(),
             "wall (s)": time.monotonic() - began,
             "steps": sum(made),
             "latest edge (us)": latest,
             "tracker samples": samples,
+            "longest interrupt (cycles)": prepared.board.status.longest,
             "least buffered (s)": log.buffered,
             "sent again": log.sent_again,
             "drift found (ppm)": 1e6 * (rate - 1),

@@ -13,10 +13,10 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.hil import protocol
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
-from corexy_fmi.hil.protocol import PAIR, SEGMENT, WORD, Cause, Flag, State, Type
+from corexy_fmi.hil.protocol import PAIR, SEGMENT, Cause, Flag, State, Type
 from corexy_fmi.hil.segments import END, Segment
 from tests.hil.emulator import ROOT
-from tests.hil.kit import bench, jitter
+from tests.hil.kit import bench, give, jitter, start, wait
 from tests.hil.rig import STEPS, Rig, yin
 
 SLOW = 1 << 27  # [2^-32 steps/tick] 781 steps/s
@@ -35,29 +35,6 @@ def armed(rig: Rig, allowed: Allowed | None = None) -> tuple[Board, Limits]:
     board.prepare(limits, centred=True)
     board.command(Type.ARM)
     return board, limits
-
-
-def give(board: Board, *segments: Segment, number: int = 0) -> Cause:
-    """One frame of segments."""
-    board._replies.clear()
-    board.send(Type.SEGMENTS, b"".join(SEGMENT.pack(*s) for s in segments), number)
-    for _ in range(20):
-        board.poll()
-        if board._replies:
-            return board._replies[-1].code
-    raise AssertionError("no reply")
-
-
-def start(board: Board) -> None:
-    board.command(Type.RUN, WORD.pack(board.fresh_status().tick + 500))
-
-
-def wait(board: Board, seconds: float, beat: bool = True) -> None:
-    end = board.port.now() + seconds
-    while board.port.now() < end:
-        if beat:
-            board.keep_alive()
-        board.poll()
 
 
 def test_both_sides_name_the_same_numbers() -> None:
@@ -142,6 +119,21 @@ def test_an_empty_queue_ends_in_a_ramp(rig: Rig) -> None:
     assert np.diff(cycles)[-1] > 1.5 * np.diff(cycles)[10]  # slower and slower
 
 
+def test_a_limit_switch_ends_a_ramp_too(rig: Rig) -> None:
+    board, _ = armed(rig, Allowed(acceleration=0.02))
+    assert give(board, Segment(2500, SLOW, SLOW)) is Cause.NOTHING
+    start(board)
+    wait(board, 0.2)
+    assert board.fresh_status().state is State.STOPPING  # the queue ran dry
+    rig.emulator.pin("B1", 1)
+    struck = rig.emulator.cycle
+    wait(board, 0.5)
+    status = board.fresh_status()
+    assert (status.state, status.fault) == (State.FAULT, Cause.BY_LIMIT_SWITCH)
+    assert (int(rig.rising(2)[0].max()) - struck) / 16e3 < 0.05  # [ms]
+    assert not status.flags & Flag.POSITION_KNOWN
+
+
 def test_watchdog_holds_while_nothing_moves(rig: Rig) -> None:
     board, _ = armed(rig)
     wait(board, 0.4, beat=False)
@@ -164,9 +156,12 @@ def test_the_ramp_ends_at_the_edge_of_the_stage(rig: Rig) -> None:
 
 def test_the_tick_counter_may_wrap_in_a_run(rig: Rig) -> None:
     Board(rig).connect()
-    late = struct.pack("<I", (1 << 32) - 40_000)
-    rig.emulator.poke("tick", late)
-    rig.emulator.poke("last", late)  # of the millisecond
+    late = (1 << 32) - 40_000
+    # the interrupt may be about to write what it read before
+    while struct.unpack("<I", rig.emulator.memory("tick", 4))[0] < late:
+        rig.emulator.poke("tick", struct.pack("<I", late))
+        rig.emulator.poke("last", struct.pack("<I", late))  # of the millisecond
+        rig.emulator.run(1e-4)
     prepared = bench(rig)
     log = prepared.drive()
     assert log.complete

@@ -10,6 +10,7 @@ import pytest
 
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.grbl_drive import Drive
+from corexy_fmi.hil.grbl_limits import warnings
 from corexy_fmi.hil.grbl_link import Link
 from corexy_fmi.hil.grbl_moves import Grid, moves, program
 from corexy_fmi.hil.grbl_record import fit, recording
@@ -21,11 +22,12 @@ from tests.hil.grbl_kit import RADIUS, SHAPE, Bench, Wire, bench, order_of
 from tests.hil.grbl_stand_in import StandIn
 
 FAMILIES = {"GRBL": GRBL, "grblHAL": GRBLHAL, "FluidNC": FLUIDNC}
+every_family = pytest.mark.parametrize("firmware", FAMILIES.values(), ids=FAMILIES)
 SLACK = 5e-3  # [s] between the stand-in's end and the foreseen one: its steps of time
 CORNERS = 0.08  # [s] that ramps and corners may cost of the 2.2 s asked, at 2000 mm/s^2
 
 
-@pytest.mark.parametrize("firmware", FAMILIES.values(), ids=FAMILIES)
+@every_family
 @pytest.mark.parametrize("acceleration", [None, 1.0])
 def test_rectangle_is_driven_to_the_step(firmware: Firmware, acceleration: float | None) -> None:
     made = bench(StandIn(firmware), Rectangle(0.02, 0.014, 0.039, 1, acceleration))
@@ -167,8 +169,9 @@ def interrupt(wire: Wire) -> None:
     raise KeyboardInterrupt
 
 
-def test_interrupt_holds_first_then_resets_and_knows_the_place() -> None:
-    made = bench()
+@every_family
+def test_interrupt_holds_first_then_resets_and_knows_the_place(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
     later(made, 0.8, interrupt)
     log = made.drive()
     assert log.trouble == "interrupted"
@@ -195,8 +198,9 @@ def test_whatever_ends_the_program_stops_the_motion() -> None:
     assert not made.controller.motion.blocks
 
 
-def test_a_second_interrupt_resets_in_motion() -> None:
-    made = bench()
+@every_family
+def test_a_second_interrupt_resets_in_motion(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
     later(made, 0.8, interrupt)
     later(made, 0.803, interrupt)
     log = made.drive()
@@ -204,9 +208,10 @@ def test_a_second_interrupt_resets_in_motion() -> None:
     assert not log.known
 
 
+@every_family
 @pytest.mark.parametrize(("code", "known"), [(1, False), (2, True)])
-def test_alarms_are_told_in_words(code: int, known: bool) -> None:
-    made = bench()
+def test_alarms_are_told_in_words(firmware: Firmware, code: int, known: bool) -> None:
+    made = bench(StandIn(firmware))
     later(made, 0.8, lambda wire: wire.controller.alarm(code))
     log = made.drive()
     assert f"ALARM:{code} (" in log.trouble
@@ -216,8 +221,9 @@ def test_alarms_are_told_in_words(code: int, known: bool) -> None:
     assert b"$X" not in made.wire.sent
 
 
-def test_a_reset_after_an_alarm_waits_until_it_is_heard() -> None:
-    made = bench()
+@every_family
+def test_a_reset_after_an_alarm_waits_until_it_is_heard(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
     made.controller.alarm(1)
     made.link.poll(0.01)
     assert made.link.reset()
@@ -236,8 +242,45 @@ def test_a_reset_right_after_an_alarm_is_swallowed() -> None:
     assert b"Grbl 1.1h" in controller.read()
 
 
-def test_errors_stop_the_run() -> None:
-    made = bench()
+@pytest.mark.parametrize(
+    ("firmware", "code", "words"),
+    [(GRBL, 10, "dual axis"), (GRBLHAL, 10, "emergency stop"), (FLUIDNC, 13, "hard stop")],
+    ids=FAMILIES,
+)
+def test_each_family_has_alarms_of_its_own(firmware: Firmware, code: int, words: str) -> None:
+    made = bench(StandIn(firmware))
+    later(made, 0.8, lambda wire: wire.controller.alarm(code))
+    log = made.drive()
+    assert words in log.trouble
+    assert not log.known
+
+
+@pytest.mark.parametrize("firmware", [GRBLHAL, FLUIDNC], ids=["grblHAL", "FluidNC"])
+def test_a_critical_alarm_refuses_lines_but_reports(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
+    made.controller.alarm(1)
+    made.link.poll(0.01)
+    heard = made.link.fresh().report
+    assert heard.state == "Alarm"
+    assert heard.sub == (1 if firmware is GRBLHAL else None)
+    with pytest.raises(InputError, match=f"error:{firmware.critical} "):
+        made.link.command("G1X1F100")
+    assert made.controller.motion.emitted == [0, 0]
+
+
+def test_fluidnc_tells_few_settings() -> None:
+    made = bench(StandIn(FLUIDNC))
+    assert not {0, 1, 11, 13, 27} & set(made.link.settings)
+    assert {100, 110, 120, 130} <= set(made.link.settings)
+    assert made.link.build is not None
+    said = " ".join(warnings(made.link.settings, made.link.build))
+    assert "idle_ms" in said
+    assert "junction deviation" in said
+
+
+@every_family
+def test_errors_stop_the_run(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
     made.lines.insert(3, "G2X1")
     log = made.drive()
     assert "G2X1: error:20 (unsupported G-code)" in log.trouble
@@ -245,11 +288,12 @@ def test_errors_stop_the_run() -> None:
     assert not made.controller.motion.blocks
 
 
+@every_family
 @pytest.mark.parametrize(
     ("byte", "words"), [(b"!", "feed hold pressed"), (b"\x84", "safety door open")]
 )
-def test_a_hand_at_the_controller_ends_the_run(byte: bytes, words: str) -> None:
-    made = bench()
+def test_a_hand_at_the_controller_ends_the_run(firmware: Firmware, byte: bytes, words: str) -> None:
+    made = bench(StandIn(firmware))
     later(made, 0.8, lambda wire: wire.controller.write(byte))
     log = made.drive()
     assert words in log.trouble
@@ -257,16 +301,18 @@ def test_a_hand_at_the_controller_ends_the_run(byte: bytes, words: str) -> None:
     assert log.place == pytest.approx(made.controller.motion.xy, abs=1e-3)
 
 
-def test_a_reset_in_the_run_loses_the_place() -> None:
-    made = bench()
+@every_family
+def test_a_reset_in_the_run_loses_the_place(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
     later(made, 0.8, lambda wire: wire.controller.write(b"\x18"))
     log = made.drive()
     assert "ALARM:3" in log.trouble or "reset in the run" in log.trouble
     assert not log.known
 
 
-def test_unplugged_for_a_second() -> None:
-    made = bench()
+@every_family
+def test_unplugged_for_a_second(firmware: Firmware) -> None:
+    made = bench(StandIn(firmware))
 
     def pull(wire: Wire) -> None:
         wire.plugged = False

@@ -11,13 +11,14 @@ import typer
 
 from corexy_fmi.commands import hil_grbl, hil_grbl_watch
 from corexy_fmi.commands.hil_grbl import execute_grbl
-from corexy_fmi.commands.hil_run import Setup, execute
+from corexy_fmi.commands.hil_run import Setup
 from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.machine import load_machine
-from corexy_fmi.recording import Recording, read_recording
+from corexy_fmi.recording import read_recording
 from corexy_fmi.rectangle import Rectangle
+from tests.hil.grbl_firmware import FLUIDNC, GRBL, GRBLHAL, Firmware
 from tests.hil.grbl_kit import Wire, order_of
 from tests.hil.grbl_stand_in import StandIn
 
@@ -39,8 +40,8 @@ def wire(monkeypatch: pytest.MonkeyPatch) -> Wire:
     return made
 
 
-def powered(wire: Wire, settings: dict[int, float]) -> StandIn:
-    wire.controller = StandIn(settings=settings)
+def powered(wire: Wire, settings: dict[int, float], firmware: Firmware = GRBL) -> StandIn:
+    wire.controller = StandIn(firmware, settings=settings)
     return wire.controller
 
 
@@ -109,10 +110,11 @@ def test_the_way_to_the_start_is_no_part_of_the_recording(setup: Setup, wire: Wi
     assert read_recording(setup.out).metadata["controller_board"].startswith("GRBL 1.1h")
 
 
+@pytest.mark.parametrize("firmware", [GRBL, GRBLHAL, FLUIDNC], ids=["GRBL", "grblHAL", "FluidNC"])
 def test_home_then_drive_at_the_middle_of_the_travel(
-    setup: Setup, wire: Wire, capsys: pytest.CaptureFixture[str]
+    setup: Setup, wire: Wire, capsys: pytest.CaptureFixture[str], firmware: Firmware
 ) -> None:
-    controller = powered(wire, {22: 1, 20: 1, 130: 160, 131: 120})
+    controller = powered(wire, {22: 1, 20: 1, 130: 160, 131: 120}, firmware)
     made = execute_grbl(replace(setup, centred=False, home=True), order_of(SMALL))
     assert made is not None
     x, y = controller.motion.xy
@@ -215,12 +217,6 @@ def test_corners_are_looked_for_when_they_are_passed(setup: Setup, wire: Wire) -
     assert np.abs(passed - shape.vertices).max() < 3e-5  # three steps
     corners = corner_table(replace(made, channels={**made.channels, "x": x, "y": y}), shape, times)
     assert max(abs(corner.contour_error) for corner in corners) < 2e-5
-
-
-def test_the_binary_dialect_knows_no_home(setup: Setup) -> None:
-    order: Recording = order_of(SMALL)
-    with pytest.raises(InputError, match="--home: this firmware has no homing"):
-        execute(replace(setup, home=True), order, {})
 
 
 def test_interrupted_homing_is_reset(setup: Setup, wire: Wire) -> None:

@@ -89,9 +89,25 @@ def test_codes_have_words() -> None:
     assert "soft limit" in grbl_words.alarm(2)
     assert "no feed rate" in grbl_words.error(22)
     assert grbl_words.alarm(99) == "ALARM:99 (unknown to this version)"
-    assert set(grbl_words.ALARMS) == set(range(1, 11))
+    assert set(grbl_words.ALARMS) == set(range(1, 10))
     assert set(grbl_words.ERRORS) == {*range(1, 18), *range(20, 39)}
-    assert set(grbl_words.ALARMS) > grbl_words.LOST
+    assert {code for code in range(1, 19) if not grbl_words.lost(code)} == {2, 4, 5}
+
+
+@pytest.mark.parametrize(
+    ("family", "ten", "fourteen"),
+    [(Family.GRBL, "dual axis", "unknown"), (Family.GRBLHAL, "emergency stop", "spindle"),
+     (Family.FLUIDNC, "spindle", "not homed")],
+)  # fmt: skip
+def test_the_same_number_is_another_alarm_elsewhere(
+    family: Family, ten: str, fourteen: str
+) -> None:
+    assert ten in grbl_words.alarm(10, family)
+    assert fourteen in grbl_words.alarm(14, family)
+    assert "soft limit" in grbl_words.alarm(2, family)
+    assert "locked" in grbl_words.error(9, family)
+    seventy_nine = "reset the controller" if family is Family.GRBLHAL else "unknown"
+    assert seventy_nine in grbl_words.error(79, family)
 
 
 @pytest.mark.parametrize(

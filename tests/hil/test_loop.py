@@ -12,9 +12,11 @@ from corexy_fmi.corners import corner_table
 from corexy_fmi.fmu.runner import run_fmu
 from corexy_fmi.hil.drive import Log
 from corexy_fmi.hil.record import recording
+from corexy_fmi.hil.segments import step_ticks
 from corexy_fmi.recording import Recording, read_recording, write_recording
+from corexy_fmi.simulate import simulate
 from tests.hil.kit import SHAPE, Bench, bench, jitter, order_of
-from tests.hil.rig import Rig, Stage, fmu
+from tests.hil.rig import Rig, Stage, fmu, yin
 
 MICROSTEP = 2 * np.pi * 5e-3 / 3200  # [m] of belt
 
@@ -82,6 +84,23 @@ def test_recorded_command_is_the_command(run: Run) -> None:
         # half a tick at a corner, a quarter step of the path, half a step of the start
         limit = 0.75 * 2 * np.pi / 3200 + 8 * 40e-6
         assert np.abs(made[name] - wanted).max() < limit
+
+
+def test_the_recorded_line_moves_the_model_as_the_steps_do(run: Run) -> None:
+    plan = run.log.plan
+    time = np.arange(0, plan.time[-1], 1e-3)
+    line = {f"phi{m + 1}": np.interp(time, plan.time, plan.angles[:, m]) for m in (0, 1)}
+    steps = {}
+    for m in (0, 1):
+        ticks, signs = step_ticks(plan, m)
+        made = np.concatenate([[0], np.cumsum(signs)])
+        passed = np.searchsorted(ticks * plan.scale.tick, time, side="right")
+        steps[f"phi{m + 1}"] = plan.scale.angle(1) * made[passed]
+    smooth, stepped = (simulate(yin(), Recording("r", time, c)) for c in (line, steps))
+    for axis in "xy":
+        apart = smooth[axis] - stepped[axis]
+        assert np.sqrt(np.mean(apart**2)) < 2.5e-6  # [m] rms; a microstep is 9.8
+        assert np.abs(apart).max() < MICROSTEP
 
 
 def test_tracker_samples_keep_their_places(run: Run) -> None:

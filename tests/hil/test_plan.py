@@ -15,7 +15,7 @@ from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle
 
-INFO = Info(1, "S", 64, 0, 32, 25_000, 16_000_000)
+INFO = Info(2, "S", 64, 0, 32, 25_000, 16_000_000, (1 << 31) - 1)
 MACHINE = load_machine("yin2018")
 SCALE = Scale.of(INFO, MACHINE, 3200)
 

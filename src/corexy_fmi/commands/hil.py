@@ -8,13 +8,33 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.hil_diagnose import commission, result_files, shapes
+from corexy_fmi.commands.hil_diagnose import EXPERIMENTS, commission, result_files, shapes
 from corexy_fmi.commands.hil_grbl import execute_grbl
 from corexy_fmi.commands.hil_grbl_watch import (
     home_controller,
     release_controller,
     show_controller,
     show_reports,
+)
+from corexy_fmi.commands.hil_home import home_board
+from corexy_fmi.commands.hil_options import (
+    AccelOption,
+    ArmOption,
+    AtXOption,
+    AtYOption,
+    BesideOption,
+    CentredOption,
+    CountsOption,
+    DialectOption,
+    HomeOption,
+    HomeSpeedOption,
+    JumpOption,
+    OutOption,
+    PortOption,
+    SilenceOption,
+    SpeedOption,
+    SupplyOption,
+    TrackerOption,
 )
 from corexy_fmi.commands.hil_run import Dialect, Setup, execute, open_bench
 from corexy_fmi.commands.hil_watch import show_link, show_live
@@ -30,6 +50,7 @@ from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
+from corexy_fmi.hil.homing import Switches
 from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.hil.port import SerialPort
 from corexy_fmi.hil.protocol import Type
@@ -39,34 +60,6 @@ from corexy_fmi.recording import Recording, check_drive, read_recording
 from corexy_fmi.rectangle import Rectangle
 
 app = typer.Typer(no_args_is_help=True)
-
-PortOption = Annotated[
-    str, typer.Option(metavar="PORT", help="/dev/ttyUSB0, COM3 or socket://host:port.")
-]
-OutOption = Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")]
-ArmOption = Annotated[bool, typer.Option("--arm", help="Move motors; without it nothing moves.")]
-CentredOption = Annotated[
-    bool, typer.Option("--centred", "--centered", help="The carriage stands at the centre now.")
-]
-TrackerOption = Annotated[
-    str | None, typer.Option(metavar="PORT", help="Lines 't x y' [s, m]: a port or udp://:9000.")
-]
-CountsOption = Annotated[
-    int | None,
-    typer.Option(help="Counts of a motor revolution; else 3200 microsteps, or 4000 of an encoder."),
-]
-SupplyOption = Annotated[float, typer.Option(help="Supply of dc motors at full duty [V].")]
-SpeedOption = Annotated[float, typer.Option(help="Fastest belt [m/s].")]
-AccelOption = Annotated[float, typer.Option(help="Belt acceleration beyond jumps [m/s^2].")]
-JumpOption = Annotated[float, typer.Option(help="Largest jump of a belt's speed [m/s].")]
-SilenceOption = Annotated[
-    float, typer.Option("--watchdog", help="The board stops when the host is silent so long [s].")
-]
-BesideOption = Annotated[bool, typer.Option("--beside", help="Drive the FMU beside the board.")]
-DialectOption = Annotated[
-    Dialect, typer.Option(help="This project's firmware, or GRBL 1.1, grblHAL, FluidNC.")
-]
-HomeOption = Annotated[bool, typer.Option("--home", help="GRBL: find the switches ($H) first.")]
 
 
 @app.callback()
@@ -104,6 +97,8 @@ def run(
     watchdog: SilenceOption = Allowed.silence,
     dialect: DialectOption = Dialect.binary,
     home: HomeOption = False,
+    at_x: AtXOption = None,
+    at_y: AtYOption = None,
 ) -> None:
     """Play a recording's phi1, phi2 on the board and record what comes back.
 
@@ -122,7 +117,9 @@ def run(
     check_stage(order, chosen)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home)
+    switches = Switches(at_x, at_y)
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home,
+                  switches)  # fmt: skip
     _play(dialect, setup, order)
 
 
@@ -150,6 +147,8 @@ def rectangle(
     watchdog: SilenceOption = Allowed.silence,
     dialect: DialectOption = Dialect.binary,
     home: HomeOption = False,
+    at_x: AtXOption = None,
+    at_y: AtYOption = None,
 ) -> None:
     """Drive the rectangle of `corexy rectangle` on the board.
 
@@ -165,7 +164,9 @@ def rectangle(
     order = rectangle_command(shape, chosen, out.name)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home)
+    switches = Switches(at_x, at_y)
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home,
+                  switches)  # fmt: skip
     made = _play(dialect, setup, replace(order, metadata={}))
     if made is not None and "x" in made:
         radius = chosen.parameters["pulley_radius"]
@@ -174,8 +175,16 @@ def rectangle(
         show_corners(corner_table(made, shape, times))
 
 
+def _check_switches(dialect: Dialect, switches: Switches) -> None:
+    """A GRBL controller knows its own; raises InputError where others are told."""
+    if dialect is Dialect.grbl and switches != Switches():
+        raise InputError("--at-x, --at-y, --home-speed: given with --dialect grbl, expected the "
+                         "controller's own settings $23 to $27, $130, $131")  # fmt: skip
+
+
 def _play(dialect: Dialect, setup: Setup, order: Recording) -> Recording | None:
     """A run on the board that speaks this dialect."""
+    _check_switches(dialect, setup.switches)
     return execute_grbl(setup, order) if dialect is Dialect.grbl else execute(setup, order, {})
 
 
@@ -196,11 +205,19 @@ def diagnose(
     max_accel: AccelOption = Allowed.acceleration,
     max_jump: JumpOption = Allowed.jump,
     watchdog: SilenceOption = Allowed.silence,
+    home: HomeOption = False,
+    at_x: AtXOption = None,
+    at_y: AtYOption = None,
+    experiments: Annotated[
+        int, typer.Option(min=0, help="Further motions at most, while the verdict is ambiguous.")
+    ] = EXPERIMENTS,
     jobs: Annotated[int, typer.Option(min=1, help="Processes of the diagnosis.")] = 1,
 ) -> None:
     """Drive two commissioning rectangles, and diagnose what the tracker saw of them.
 
-    The second is held out, to judge. Writes both recordings, and the files of `corexy diagnose`.
+    The second is held out, to judge. While the verdict is ambiguous, the motion that it proposes is
+    driven, too, and all is diagnosed again. Writes the recordings and the files of `corexy
+    diagnose`, a machine file among them.
 
     Examples:
 
@@ -211,14 +228,16 @@ def diagnose(
     chosen = check_kind(load_machine(machine))
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, False, supply)
+    switches = Switches(at_x, at_y)
+    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, False, supply, home,
+                  switches)  # fmt: skip
     if not arm:
         for name, shape in shapes(chosen).items():
             execute(setup, replace(rectangle_command(shape, chosen, name), metadata={}), {})
         return
     board, source = open_bench(setup)
     assert source is not None
-    show_verdict(commission(setup, board, source, jobs))
+    show_verdict(commission(setup, board, source, jobs, experiments))
     for path in result_files(out):
         say(f"{path}")
 
@@ -281,13 +300,40 @@ def release(port: PortOption, dialect: DialectOption = Dialect.binary) -> None:
 
 
 @app.command("home")
-def home(port: PortOption, arm: ArmOption = False) -> None:
-    """GRBL's homing cycle ($H): both axes to their switches, slowly; says where it then stands.
+def home(
+    port: PortOption,
+    machine: MachineOption = ASSUMED,
+    arm: ArmOption = False,
+    at_x: AtXOption = None,
+    at_y: AtYOption = None,
+    home_speed: HomeSpeedOption = Switches.speed,
+    counts: CountsOption = None,
+    supply: SupplyOption = 24.0,
+    max_speed: SpeedOption = Allowed.speed,
+    max_accel: AccelOption = Allowed.acceleration,
+    max_jump: JumpOption = Allowed.jump,
+    watchdog: SilenceOption = Allowed.silence,
+    dialect: DialectOption = Dialect.binary,
+) -> None:
+    """Each axis to its limit switch, off it, slowly to it again; says where the carriage stands.
 
-    A controller that resets when its port is opened forgets it again: use --home of a run instead.
+    A board that resets when its port is opened forgets it again: use --home of a run instead. On a
+    GRBL controller it is $H, and the controller's own settings count.
 
     Examples:
 
-    corexy hil home --port /dev/ttyUSB0 --arm
+    corexy hil home --port /dev/ttyUSB0
+
+    corexy hil home --port /dev/ttyUSB0 --at-x -0.085 --at-y -0.14 --arm
     """
-    home_controller(port, arm)
+    switches = Switches(at_x, at_y, home_speed)
+    _check_switches(dialect, switches)
+    if dialect is Dialect.grbl:
+        home_controller(port, arm)
+        return
+    chosen = check_kind(load_machine(machine))
+    label(chosen)
+    allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
+    setup = Setup(chosen, counts, allowed, port, Path(), None, False, arm, False, supply, True,
+                  switches)  # fmt: skip
+    home_board(setup)

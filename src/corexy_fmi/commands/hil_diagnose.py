@@ -16,11 +16,13 @@ from corexy_fmi.files import write_folder
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import Machine
-from corexy_fmi.recording import Recording
+from corexy_fmi.recording import Recording, read_recording
 from corexy_fmi.rectangle import Rectangle
 
 LARGEST = 0.06  # [m] side of a commissioning rectangle; at most half of the stage
 TRAIN, HOLDOUT = "commissioning.csv", "holdout.csv"
+EXPERIMENT, PROGRAM = "experiment{}.csv", "next_experiment.csv"
+EXPERIMENTS = 2  # at most
 
 
 def shapes(machine: Machine) -> dict[str, Rectangle]:
@@ -34,22 +36,53 @@ def shapes(machine: Machine) -> dict[str, Rectangle]:
     }
 
 
-def commission(setup: Setup, board: Board, tracker: Tracker, jobs: int) -> dict[str, Any]:
+def commission(
+    setup: Setup, board: Board, tracker: Tracker, jobs: int, experiments: int = EXPERIMENTS
+) -> dict[str, Any]:
     """Run, diagnose, and write recordings and results into ``setup.out``, a folder.
 
-    Returns the diagnosis.  Raises InputError where the tracker gave nothing; leaves with status 3
-    where a run stopped.
+    While the verdict is ambiguous, what it proposes is run, too, at most so many ``experiments``,
+    and all is diagnosed again.  Returns the last diagnosis.  Raises InputError where the tracker
+    gave nothing; leaves with status 3 where a run stopped.
     """
     began = time.perf_counter()
     runs: list[Recording] = []
+
+    def drive(name: str, order: Recording) -> Recording:
+        first = not runs
+        one = replace(setup, out=setup.out / name, centred=setup.centred and first,
+                      home=setup.home and first)  # fmt: skip
+        made = drive_on(one, board, replace(order, metadata={}), tracker)
+        return _measured(made, setup.tracker)
+
     for name, shape in shapes(setup.machine).items():
-        order = replace(rectangle_command(shape, setup.machine, name), metadata={})
-        one = replace(setup, out=setup.out / name, centred=setup.centred and not runs)
-        runs.append(_measured(drive_on(one, board, order, tracker), setup.tracker))
+        runs.append(drive(name, rectangle_command(shape, setup.machine, name)))
+    trains, holdouts = runs[:1], runs[1:]
+    document = _diagnosed(setup, trains, holdouts, jobs, began)
+    for number in range(1, experiments + 1):
+        proposed = document["next_experiment"]
+        if proposed is None:
+            break
+        say(f"ambiguous; next: {proposed['why']}")
+        order = read_recording(setup.out / proposed["program"])
+        try:
+            trains.append(drive(EXPERIMENT.format(number), order))
+        except InputError as error:
+            say(f"the proposed motion is left out: {error}")
+            break
+        document = _diagnosed(setup, trains, holdouts, jobs, began)
+    return document
+
+
+def _diagnosed(
+    setup: Setup, trains: list[Recording], holdouts: list[Recording], jobs: int, began: float
+) -> dict[str, Any]:
+    """The diagnosis of what was recorded so far, its files in place of the last one's."""
     say("diagnosing")
+    (setup.out / PROGRAM).unlink(missing_ok=True)
     with write_folder(setup.out) as folder:
         return write_diagnosis(
-            folder, runs[:1], runs[1:], setup.machine, False, jobs, None, None, began
+            folder, trains, holdouts, setup.machine, False, jobs, None, None, began
         )
 
 

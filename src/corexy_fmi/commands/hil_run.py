@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
@@ -15,12 +15,13 @@ from corexy_fmi.commands.screen import console, provenance, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.drive import AHEAD, Drive, Log
+from corexy_fmi.hil.homing import Homing, Switches, home
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.live import LiveFile, part_of
 from corexy_fmi.hil.loop import Gains
 from corexy_fmi.hil.motions import with_approach
 from corexy_fmi.hil.port import SerialPort
-from corexy_fmi.hil.protocol import Info, Type
+from corexy_fmi.hil.protocol import VERSION, Info, Status, Type
 from corexy_fmi.hil.record import recording
 from corexy_fmi.hil.segments import Plan, check
 from corexy_fmi.hil.tracker import Tracker, open_lines
@@ -29,8 +30,8 @@ from corexy_fmi.recording import Recording, write_recording
 
 STOPPED = 3  # exit status: the motion did not come to its end
 BOARDS = {  # both firmwares: what a dry run assumes, when no board is asked
-    "stepper": Info(1, "S", 64, 0, 32, 25_000, 16_000_000),
-    "dc": Info(1, "D", 64, 0, 20, 1_000, 16_000_000),
+    "stepper": Info(VERSION, "S", 64, 0, 32, 25_000, 16_000_000, (1 << 31) - 1),
+    "dc": Info(VERSION, "D", 64, 0, 20, 1_000, 16_000_000, 40 << 20),
 }
 COUNTS = {"stepper": 3200, "dc": 4000}  # of a revolution: 16 microsteps; 1000 lines
 
@@ -57,6 +58,7 @@ class Setup:
     beside: bool
     supply: float
     home: bool = False
+    switches: Switches = field(default_factory=Switches)
 
     @property
     def counts_per_turn(self) -> int:
@@ -70,8 +72,6 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
     Leaves with status 3 where the motion stopped early; its recording up to then is written.
     Raises InputError for what the machine or the board does not allow.
     """
-    if setup.home:
-        raise InputError("--home: this firmware has no homing, expected --centred")
     if setup.machine.drive == "dc" and setup.beside:
         raise InputError("--beside: it drives the FMU with angles, expected a stepper machine")
     if not setup.arm:
@@ -87,6 +87,33 @@ def open_bench(setup: Setup) -> tuple[Board, Tracker | None]:
     return Board(SerialPort(setup.port)), tracker
 
 
+def stand_ready(setup: Setup, board: Board) -> tuple[Scale, Limits, Status]:
+    """The board connected and set, homed where the setup says so, its place known.
+
+    Leaves with status 3 where homing failed.  Raises InputError for another board or an unknown
+    place.
+    """
+    info = board.connect()
+    if info.kind != BOARDS[setup.machine.drive].kind:
+        raise InputError(
+            f"machine {setup.machine.name!r}: drive {setup.machine.drive}, but the board has the "
+            "other firmware: `make flash FIRMWARE=stepper` or `FIRMWARE=dc` writes the right one"
+        )
+    scale = Scale.of(info, setup.machine, setup.counts_per_turn)
+    limits = Limits.of(setup.machine, scale, setup.allowed)
+    homing = Homing.of(setup.machine, scale, limits, setup.switches) if setup.home else None
+    board.configure(limits)
+    if not scale.steps:
+        board.command(Type.GAINS, Gains.of(setup.machine, scale, setup.supply).pack())
+    if homing is not None:
+        say("homing")
+        trouble = home(board, homing)
+        if trouble:
+            typer.echo(f"{setup.port}: {trouble}", err=True)
+            raise typer.Exit(STOPPED)
+    return scale, limits, board.located(setup.centred and not setup.home)
+
+
 def drive_on(
     setup: Setup,
     board: Board,
@@ -97,17 +124,7 @@ def drive_on(
     """Drive a board that is there; as `execute`.  The tracker begins anew."""
     if tracker is not None:
         tracker.samples.clear()
-    info = board.connect()
-    if info.kind != BOARDS[setup.machine.drive].kind:
-        raise InputError(
-            f"machine {setup.machine.name!r}: drive {setup.machine.drive}, but the board has the "
-            "other firmware: `make flash FIRMWARE=stepper` or `FIRMWARE=dc` writes the right one"
-        )
-    scale = Scale.of(info, setup.machine, setup.counts_per_turn)
-    limits = Limits.of(setup.machine, scale, setup.allowed)
-    status = board.prepare(limits, setup.centred)
-    if not scale.steps:
-        board.command(Type.GAINS, Gains.of(setup.machine, scale, setup.supply).pack())
+    scale, limits, status = stand_ready(setup, board)
     plan, begin = with_approach(order, scale, status.counts)
     check(plan, limits)
     lines = {**provenance(setup.machine, "board"), **(about or {}), **_loop(setup.machine)}
@@ -138,7 +155,7 @@ def _dry(setup: Setup, order: Recording) -> None:
         f"dry run, nothing moves: {plan.time[-1]:.2f} s in {len(plan.segments)} segments, of these "
         f"{begin:.2f} s to the start; fastest belt {metres:.4g} m/s; within the stage and limits"
     )
-    say("add --arm to move the motors, from the centre of the stage with --centred")
+    say("add --arm to move the motors, from the centre of the stage with --centred, or --home")
 
 
 def _drive(
@@ -176,7 +193,7 @@ def _tell(log: Log, scale: Scale, setup: Setup) -> None:
     x, y = scale.place(log.counts)
     where = f"the carriage is at x = {x:.5f} m, y = {y:.5f} m"
     if not log.known:
-        where = "the carriage's place is unknown: centre it by hand, then --centred"
+        where = "the carriage's place is unknown: --home, or centre it by hand, then --centred"
     ended = "every commanded step counted" if scale.steps else "the encoders followed"
     said = f"stopped: {log.trouble}" if log.trouble else f"complete: {ended}"
     say(f"{said}; {where}")

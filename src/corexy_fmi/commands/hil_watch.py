@@ -47,7 +47,7 @@ def _firmware(board: Board) -> list[tuple[str, str]]:
     return [
         ("firmware", f"{kind}, protocol {info.version}, {info.tick_hz} ticks/s"),
         ("state", f"{status.state.name.lower()}, last stop: {status.fault.name.lower()}"),
-        ("position known", "yes" if Flag.POSITION_KNOWN in flags else "no: --centred"),
+        ("position known", "yes" if Flag.POSITION_KNOWN in flags else "no: --home or --centred"),
         ("drivers", "on" if Flag.DRIVERS_ON in flags else "off"),
         ("open switches", ", ".join(str(name).lower() for name in switches) or "none"),
     ]

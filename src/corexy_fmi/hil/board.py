@@ -27,7 +27,7 @@ from corexy_fmi.hil.protocol import (
 )
 
 PATIENCE, TRIES = 0.04, 20  # [s] until a command is sent again, and how often
-BEAT, PING = 0.03, 0.1  # [s] between frames that keep the watchdog content, and clock samples
+BEAT, PING = 0.02, 0.1  # [s] between frames that keep the watchdog content, and clock samples
 BOOT = 3.0  # [s] a bootloader may hold the board
 
 
@@ -101,6 +101,7 @@ class Board:
             self.send(kind, body)
             deadline = self.port.now() + PATIENCE
             while self.port.now() < deadline:
+                self.keep_alive()  # an answer that gets lost may take longer than the watchdog
                 self.poll()
                 for reply in self._replies:
                     if reply.type == kind:
@@ -149,20 +150,28 @@ class Board:
                 return self.status
         raise InputError("board: no reports, expected one every 10 ms")
 
-    def prepare(self, limits: Limits, centred: bool) -> Status:
-        """Out of any earlier fault, limits set, position known; the drivers stay as they are.
+    def configure(self, limits: Limits) -> None:
+        """Out of any earlier fault, limits set; the drivers stay as they are.
 
-        Raises InputError where the board moves, its e-stop is open, or nobody said where it stands.
+        Raises InputError where the board moves or its e-stop is open.
         """
         status = self.fresh_status()
-        if status.state in (State.RUNNING, State.STOPPING):
+        if status.state in (State.RUNNING, State.STOPPING, State.HOMING):
             raise InputError("board: it moves; stop its other user first")
         self.command(Type.CLEAR)
         self.command(Type.CONFIG, limits.pack())
+
+    def located(self, centred: bool) -> Status:
+        """Where it stands; raises InputError where nobody said."""
         if centred:
             self.command(Type.ORIGIN, PAIR.pack(0, 0))
         status = self.fresh_status()
         if not status.flags & Flag.POSITION_KNOWN:
-            raise InputError("board: it does not know where the carriage stands; move it to the "
-                             "centre of the stage by hand, then add --centred")  # fmt: skip
+            raise InputError("board: nobody knows where the carriage stands; add --home, or move "
+                             "it to the centre by hand and add --centred")  # fmt: skip
         return status
+
+    def prepare(self, limits: Limits, centred: bool) -> Status:
+        """`configure` and `located`."""
+        self.configure(limits)
+        return self.located(centred)

@@ -120,12 +120,18 @@ class Drive:
         self.board.poll(wait)
         if self.tracker is not None:
             self.tracker.poll(self.board.port.now())
-        now = self.board.port.now()
-        self.log.pause = max(self.log.pause, now - self._looked)
-        self._looked = now
+        self.log.pause = max(self.log.pause, self._away())
         if self._watch is not None:
             self._watch(self)
-            self._looked = self.board.port.now()
+            self._away()
+
+    def _away(self) -> float:
+        """Time [s] since it was last asked; a host that was away cannot call the board silent."""
+        now = self.board.port.now()
+        away, self._looked = now - self._looked, now
+        if away > SILENT / 2:
+            self._heard = now
+        return away
 
     def _fill(self) -> None:
         """Segments ahead of the start: all of them, or until the queue takes no more."""
@@ -147,6 +153,9 @@ class Drive:
             if self.board.request(Type.RUN, WORD.pack(tick)) is Cause.NOTHING:
                 self._started = True
                 return
+            status = self.board.fresh_status()
+            if status.state is State.FAULT:
+                raise InputError(ADVICE.get(status.fault, status.fault.name))
         raise InputError("board: it did not start; the link is too bad, see `corexy hil check`")
 
     def _moving(self) -> bool:

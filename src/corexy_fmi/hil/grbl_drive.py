@@ -123,13 +123,13 @@ class Drive:
             self._out.popleft()
             self.log.answered.append(now)
             if code:
-                raise InputError(f"controller: {line}: {grbl_words.error(code)}")
+                raise InputError(f"controller: {line}: {grbl_words.error(code, self.link.family)}")
 
     def _judge(self, now: float, boot: int) -> None:
         """Raises InputError for what ends a run."""
         link = self.link
         if link.alarm:
-            raise InputError(f"controller: {grbl_words.alarm(link.alarm)}")
+            raise InputError(f"controller: {grbl_words.alarm(link.alarm, link.family)}")
         if link.restarts > boot:
             self.log.known = False
             raise InputError("controller: it was reset in the run")
@@ -183,7 +183,7 @@ class Drive:
     def _where(self) -> None:
         """The place after a stop, where it means something."""
         if self.link.alarm:
-            self.log.known &= self.link.alarm not in grbl_words.LOST
+            self.log.known &= not grbl_words.lost(self.link.alarm)
             return  # it says no more until it is reset: the last report may be from before
         self.log.place = self.link.locate()
 

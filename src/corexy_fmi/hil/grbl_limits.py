@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 NEEDED = (100, 101, 110, 111, 120, 121)
 ALIKE = 1e-3  # relative difference of steps per mm that is still the same machine
 FASTEST = 30_000  # [steps/s] of GRBL on an ATmega328P
-STAY_ON = 255  # $1 that keeps the drivers on at rest
+STAYS, STAY_ON = 1, 255  # $1 that keeps the drivers on at rest
+DEVIATION = 11  # $11
 PULSE = 30  # [us] that a TB6560 wants: $0
 
 
@@ -38,9 +39,9 @@ def check_controller(build: Build, settings: Mapping[int, float], per_mm: float)
     if settings[100] != settings[101]:
         raise InputError(f"controller: $100={settings[100]:g} and $101={settings[101]:g} differ, "
                          "expected the same: x and y share both motors")  # fmt: skip
-    if settings.get(1, STAY_ON) != STAY_ON:
-        raise InputError(f"controller: $1={settings[1]:g} switches the drivers off at every rest "
-                         f"and the place is lost, expected $1={STAY_ON}")  # fmt: skip
+    if settings.get(STAYS, STAY_ON) != STAY_ON:
+        raise InputError(f"controller: $1={settings[STAYS]:g} switches the drivers off at every "
+                         f"rest and the place is lost, expected $1={STAY_ON}")  # fmt: skip
 
 
 def warnings(settings: Mapping[int, float], build: Build) -> list[str]:
@@ -50,6 +51,11 @@ def warnings(settings: Mapping[int, float], build: Build) -> list[str]:
         said.append(f"$0={settings[0]:g} us: a TB6560 driver wants $0={PULSE}, or it misses steps")
     if build.corexy is None:
         said.append("the firmware does not tell its kinematics: make sure that it drives a Core-XY")
+    if STAYS not in settings:
+        said.append("the firmware does not tell whether the drivers stay on at rest: $1, in "
+                    f"FluidNC idle_ms, must be {STAY_ON}, or the place is lost")  # fmt: skip
+    if DEVIATION not in settings:
+        said.append("the firmware does not tell its junction deviation: 0.010 mm is assumed")
     if settings.get(20, 0) == 0:
         said.append("$20=0: the controller has no soft limits; only this program checks the stage")
     return said

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil import grbl_words
-from corexy_fmi.hil.grbl_report import BANNER, INCH, Build, Report, build, report, settings
+from corexy_fmi.hil.grbl_report import BANNER, INCH, Build, Family, Report, build, report, settings
 from corexy_fmi.hil.port import Port
 
 BAUD = 115_200
@@ -45,6 +45,11 @@ class Link:
     _rest: bytes = b""
     _asked: float | None = None
     _alarm_at: float = -1e9
+
+    @property
+    def family(self) -> Family:
+        """Whose firmware it is, as far as is known."""
+        return Family.GRBL if self.build is None else self.build.family
 
     def poll(self, wait: float = 1e-3) -> list[Heard]:
         """Take what has arrived; waits at most ``wait`` [s]; the reports among it."""
@@ -102,11 +107,11 @@ class Link:
         while not self.replies and not self.alarm and self.port.now() < deadline:
             self.poll()
         if self.alarm:
-            raise InputError(f"controller: {line}: {grbl_words.alarm(self.alarm)}")
+            raise InputError(f"controller: {line}: {grbl_words.alarm(self.alarm, self.family)}")
         if not self.replies:
             raise InputError(f"controller: no answer to {line!r}, expected ok")
         if code := self.replies.popleft():
-            raise InputError(f"controller: {line}: {grbl_words.error(code)}")
+            raise InputError(f"controller: {line}: {grbl_words.error(code, self.family)}")
         return list(self._lines)
 
     def connect(self) -> Build:

@@ -10,7 +10,6 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.hil.protocol import CONFIG, Info
 from corexy_fmi.machine.record import Machine
 
-FASTEST = 0.5  # [counts/tick] a step needs one tick high and one low
 REPORT = 10  # [ms]
 
 
@@ -31,7 +30,8 @@ class Scale:
     """Motor angles in the board's integers.
 
     ``counts`` per revolution; ``one`` is one count as an integer position; ``radius`` [m] of the
-    pulley; ``tick`` [s]; ``steps`` where counts are steps and not those of an encoder.
+    pulley; ``tick`` [s]; ``steps`` where counts are steps and not those of an encoder; ``fastest``
+    is the largest integer position per tick that the firmware plays.
     """
 
     counts: int
@@ -39,6 +39,7 @@ class Scale:
     radius: float
     tick: float
     steps: bool = True
+    fastest: int = (1 << 31) - 1
 
     @classmethod
     def of(cls, info: Info, machine: Machine, counts: int) -> Scale:
@@ -46,7 +47,8 @@ class Scale:
         if counts < 1:
             raise InputError(f"counts per revolution: found {counts}, expected at least 1")
         radius = machine.parameters["pulley_radius"]
-        return cls(counts, 1 << info.fraction_bits, radius, 1 / info.tick_hz, info.kind == "S")
+        one, steps = 1 << info.fraction_bits, info.kind == "S"
+        return cls(counts, one, radius, 1 / info.tick_hz, steps, info.fastest)
 
     @property
     def per_metre(self) -> float:
@@ -70,6 +72,13 @@ class Scale:
         return self.radius * (phi1 + phi2) / 2, self.radius * (phi1 - phi2) / 2
 
 
+def half_stage(machine: Machine) -> tuple[float, float]:
+    """How far the carriage may leave the centre along x and y [m]."""
+    numbers = machine.parameters
+    half_x = (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2
+    return half_x, numbers["motor_idler_span"] / 2
+
+
 @dataclass(frozen=True)
 class Limits:
     """The firmware's numbers: a + b and a - b in counts, rates as integer positions per tick."""
@@ -85,22 +94,19 @@ class Limits:
     @classmethod
     def of(cls, machine: Machine, scale: Scale, allowed: Allowed) -> Limits:
         """From the machine and what is allowed; raises InputError for what no board does."""
-        numbers = machine.parameters
-        half_x = (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2
-        half_y = numbers["motor_idler_span"] / 2
         for name, value in vars(allowed).items():
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{name}: found {value!r}, expected a positive number")
         if allowed.silence > 60:
             raise InputError(f"silence: found {allowed.silence!r} s, expected at most 60")
         # floor(P) of a motion that ends exactly on the edge may lie one count beyond
-        reach = [int(2 * half * scale.per_metre) + 1 for half in (half_x, half_y)]
+        reach = [int(2 * half * scale.per_metre) + 1 for half in half_stage(machine)]
         per_tick = scale.rate(allowed.acceleration * scale.tick)
         ceiling = (1 << 31) - 1
         return cls(
             x=reach[0],
             y=reach[1],
-            rate=min(scale.rate(allowed.speed), ceiling),
+            rate=min(scale.rate(allowed.speed), scale.fastest),
             jump=min(scale.rate(allowed.jump), ceiling),
             acceleration=per_tick,
             brake=max(scale.rate(allowed.acceleration * 1e-3), 1),

@@ -9,10 +9,10 @@ from enum import IntEnum, IntFlag
 from cobs import cobs
 from fastcrc import crc16
 
-VERSION = 1
+VERSION = 2
 SEGMENT = struct.Struct("<Hii")
 _HEAD, _CRC = struct.Struct("<BH"), struct.Struct("<H")
-_INFO, _STATUS = struct.Struct("<BBBBBII"), struct.Struct("<BBBBHHBIiihhH")
+_INFO, _STATUS = struct.Struct("<BBBBBIII"), struct.Struct("<BBBBHHBIiihhH")
 _PONG, _REPLY = struct.Struct("<IIH"), struct.Struct("<BBHB")
 CONFIG = struct.Struct("<4i4IHH")
 PAIR, WORD = struct.Struct("<ii"), struct.Struct("<I")
@@ -22,14 +22,14 @@ class Type(IntEnum):
     """What a frame is."""
 
     HELLO, CONFIG, ARM, RUN, STOP, ESTOP, CLEAR = 1, 2, 3, 4, 5, 6, 7
-    PING, BEAT, ORIGIN, RELEASE, GAINS, SEGMENTS = 8, 9, 10, 11, 12, 0x10
+    PING, BEAT, ORIGIN, RELEASE, GAINS, HOME, SEGMENTS = 8, 9, 10, 11, 12, 13, 0x10
     INFO, STATUS, PONG, REPLY = 0x81, 0x82, 0x83, 0x84
 
 
 class State(IntEnum):
     """What the board does."""
 
-    IDLE, ARMED, RUNNING, STOPPING, FAULT = range(5)
+    IDLE, ARMED, RUNNING, STOPPING, FAULT, HOMING = range(6)
 
 
 class Cause(IntEnum):
@@ -37,7 +37,8 @@ class Cause(IntEnum):
 
     NOTHING, BY_HOST, BY_ESTOP_FRAME, BY_ESTOP_PIN, BY_LIMIT_SWITCH, BY_WATCHDOG = range(6)
     BY_UNDERRUN, BY_POSITION, BY_RATE, BY_ACCELERATION, BY_REVERSAL, BY_ENCODER = range(6, 12)
-    REFUSED_STATE, REFUSED_ORDER, REFUSED_FULL, REFUSED_FORM = range(12, 16)
+    BY_COUNTS, BY_HOMING = 12, 13
+    REFUSED_STATE, REFUSED_ORDER, REFUSED_FULL, REFUSED_FORM = range(14, 18)
 
 
 class Flag(IntFlag):
@@ -58,12 +59,19 @@ ADVICE = {
     Cause.BY_ACCELERATION: "accelerates more than --max-accel and --max-jump allow",
     Cause.BY_REVERSAL: "a motor reversed without a pause; report this",
     Cause.BY_ENCODER: "a motor does not follow; check the encoder's wires and direction",
+    Cause.BY_COUNTS: "an encoder ran faster than is counted, or an edge was missed; check its "
+    "wires and direction, centre the carriage, then --centred",
+    Cause.BY_HOMING: "homing found no switch on its way, or it did not close again; check the "
+    "switches, and on which side they are (--at-x, --at-y)",
 }
 
 
 @dataclass(frozen=True)
 class Info:
-    """Who the board is: kind "S" or "D", queue [segments], clocks [Hz]."""
+    """Who the board is: kind "S" or "D", queue [segments], clocks [Hz].
+
+    ``fastest`` is the largest rate [2^-fraction_bits counts a tick] that it plays.
+    """
 
     version: int
     kind: str
@@ -72,6 +80,7 @@ class Info:
     fraction_bits: int
     tick_hz: int
     cpu_hz: int
+    fastest: int
 
 
 @dataclass(frozen=True)

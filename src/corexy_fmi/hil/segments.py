@@ -158,8 +158,9 @@ def check(plan: Plan, limits: Limits) -> None:
         shorter = min(before.ticks, segment.ticks)
         for now, was in zip(segment[1:], before[1:], strict=True):
             if abs(now) > limits.rate:
+                why = "--max-speed" if limits.rate < plan.scale.fastest else _most(plan.scale)
                 raise InputError(f"{when}: a belt runs {abs(now) * metres:.4g} m/s, expected at "
-                                 f"most {limits.rate * metres:.4g} (--max-speed)")  # fmt: skip
+                                 f"most {limits.rate * metres:.4g} ({why})")  # fmt: skip
             if abs(now - was) > limits.jump + limits.acceleration * shorter:
                 raise InputError(f"{when}: a belt's speed jumps by {abs(now - was) * metres:.4g} "
                                  f"m/s, expected at most {limits.jump * metres:.4g}: give --accel, "
@@ -168,6 +169,12 @@ def check(plan: Plan, limits: Limits) -> None:
         if abs(a + b) > limits.x or abs(a - b) > limits.y:
             raise InputError(f"{when}: leaves the stage of the machine file")
         before = segment
+
+
+def _most(scale: Scale) -> str:
+    """What bounds the rate where it is not the user."""
+    rate = scale.fastest / scale.one / scale.tick
+    return f"the firmware's {rate:.0f} counts/s"
 
 
 def step_ticks(plan: Plan, motor: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
