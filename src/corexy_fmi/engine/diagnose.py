@@ -20,7 +20,7 @@ from corexy_fmi.engine.evidence import Evidence, Finding
 from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.experiment import Experiment, next_experiment
 from corexy_fmi.engine.fit import Fit, minimise, settle
-from corexy_fmi.engine.local import last_parts
+from corexy_fmi.engine.local import is_local, last_parts
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.name import Competition, compete, form_floor
 from corexy_fmi.engine.noise import quick_noise, white
@@ -147,7 +147,8 @@ def _prove(
         for r, run in enumerate(f.problem.runs)
     }
     judged = (*train, *(r for r in late.kept if r.role == "holdout"))
-    return prove(layout, machines, judged, train, fit.problem.noise, own, late.before)
+    fits = {} if is_local(fit) else {"retuned": retuned, "explained": fit}
+    return prove(layout, machines, judged, train, fit.problem.noise, own, late.before, fits)
 
 
 def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from corexy_fmi.engine.clock import start
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.noise import Noise
+from corexy_fmi.engine.predict import predictive_cost
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
@@ -97,11 +98,15 @@ def judged(run: Run, train: tuple[Run, ...]) -> Run:
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """Replays of the three machines on every run, in the order of the runs."""
+    """Replays of the three machines on every run, in the order of the runs.
+
+    ``foretold`` holds predictive costs [nats] by state and run, where a fit could foretell it.
+    """
 
     runs: tuple[Run, ...]
     replays: dict[str, tuple[Replay, ...]]
     noise_std: tuple[tuple[float, ...], ...]
+    foretold: Mapping[tuple[str, int], float] = field(default_factory=dict)
 
     def pooled(self, state: str, role: str) -> float:
         """Rms over all position samples of a role, each channel relative to its noise."""
@@ -114,9 +119,14 @@ class Proof:
         return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else float("nan")
 
     def gains(self, role: str) -> list[float]:
-        """Held-out gain [nats] of explained over retuned, for each run of a role."""
-        both = zip(self.replays["retuned"], self.replays["explained"], strict=True)
-        return [a.cost - b.cost for r, (a, b) in enumerate(both) if self.runs[r].role == role]
+        """Gain [nats] of explained over retuned, for each run of a role: where it was foretold, of
+        the predictive likelihood, else with all parameters held.
+        """
+        chosen = [r for r, run in enumerate(self.runs) if run.role == role]
+        return [self._cost("retuned", r) - self._cost("explained", r) for r in chosen]
+
+    def _cost(self, state: str, run: int) -> float:
+        return self.foretold.get((state, run), self.replays[state][run].cost)
 
 
 def prove(
@@ -127,11 +137,13 @@ def prove(
     noise: tuple[tuple[Noise, ...], ...],
     own: Mapping[tuple[str, str, str], Machine] | None = None,
     before: Mapping[str, Run] | None = None,
+    fits: Mapping[str, Fit] | None = None,
 ) -> Proof:
     """Replay nominal, retuned and explained machine on every run.
 
     ``own`` holds the machines of single runs by state, role and name of the run; ``before`` the
-    first part of a recording whose last part is held out, by name.
+    first part of a recording whose last part is held out, by name; ``fits`` those that foretell
+    held-out runs, by state.
     """
 
     def one(state: str, run: Run, n: tuple[Noise, ...]) -> Replay:
@@ -147,4 +159,10 @@ def prove(
         for state in machines
     }
     std = tuple(tuple(n.marginal for n in model) for model in models)
-    return Proof(runs, replays, std)
+    foretold = {
+        (state, r): predictive_cost(fit, run, models[r], replays[state][r].fit)
+        for state, fit in (fits or {}).items()
+        for r, run in enumerate(runs)
+        if run.role == "holdout"
+    }
+    return Proof(runs, replays, std, foretold)

@@ -1,0 +1,110 @@
+"""Predictive likelihood of a run: against its closed form for linear models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import pytest
+
+from corexy_fmi.engine.predict import _laplace
+from corexy_fmi.engine.problem import Problem
+
+RNG = np.random.default_rng(5)
+SHARED, OWN, SAMPLES = 3, 2, 40
+
+
+@dataclass
+class Linear:
+    """Residuals ``slopes u - seen``, bent by ``bend`` times the first unknown squared."""
+
+    slopes: np.ndarray
+    seen: np.ndarray
+    bend: float = 0.0
+    unknowns: tuple[int, ...] = tuple(range(SHARED))
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.slopes.shape[1]
+
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """None."""
+        return np.full(self.size, -np.inf), np.full(self.size, np.inf)
+
+    def linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual and slopes, rows of priors behind them."""
+        slopes = self.slopes.copy()
+        slopes[:, 0] += 2 * self.bend * u[0]
+        white = self.slopes @ u + self.bend * u[0] ** 2 - self.seen
+        priors = np.zeros(self.size), np.zeros((self.size, self.size))
+        return np.concatenate([white, priors[0]]), np.vstack([slopes, priors[1]])
+
+
+def model(bend: float = 0.0) -> tuple[Linear, np.ndarray, np.ndarray]:
+    """A model, where it begins, and how sure it is of each unknown."""
+    slopes = RNG.standard_normal((SAMPLES, SHARED + OWN))
+    precision = np.diag([4.0, 0.5, 30.0, 1.0, 1.0])
+    precision[0, 1] = precision[1, 0] = 0.8
+    begin = np.r_[RNG.standard_normal(SHARED), np.zeros(OWN)]
+    return Linear(slopes, RNG.standard_normal(SAMPLES), bend), begin, precision
+
+
+def cost(linear: Linear, begin: np.ndarray, precision: np.ndarray) -> float:
+    """By the engine."""
+    return _laplace(cast(Problem, linear), begin, precision)
+
+
+def exact(linear: Linear, begin: np.ndarray, precision: np.ndarray) -> float:
+    """Minus the log of a normal density of covariance 1 + A C A^T, its constant apart."""
+    spread = np.eye(SAMPLES) + linear.slopes @ np.linalg.solve(precision, linear.slopes.T)
+    missed = linear.slopes @ begin - linear.seen
+    return 0.5 * float(missed @ np.linalg.solve(spread, missed) + np.linalg.slogdet(spread)[1])
+
+
+def test_a_linear_model_has_the_closed_form() -> None:
+    """Gaussian parameters and noise."""
+    given = model()
+    assert cost(*given) == pytest.approx(exact(*given), rel=1e-9)
+
+
+def test_unknowns_of_the_run_begin_where_they_were_fitted() -> None:
+    """Their prior stays at zero, wherever the search for them begins."""
+    linear, begin, precision = model()
+    moved = begin.copy()
+    moved[SHARED:] = (0.7, -1.2)
+    assert cost(linear, moved, precision) == pytest.approx(cost(linear, begin, precision), abs=0.05)
+
+
+def test_what_training_left_vague_does_not_refute() -> None:
+    """A wrong value by two of its standard deviations costs two nats and not hundreds."""
+    linear, begin, precision = model()
+    linear.slopes[:, 0] *= 100.0
+    linear.seen = linear.slopes @ begin
+    precision = np.diag([1.0, 1e4, 1e4, 1.0, 1.0])
+    right = cost(linear, begin, precision)
+    begin[0] += 2.0
+    held = 0.5 * float(np.sum((linear.slopes @ begin - linear.seen) ** 2))
+    assert held > 1e4
+    assert cost(linear, begin, precision) - right == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_vague_model_pays_for_its_freedom() -> None:
+    """Both meet the data; the surer one foretold it."""
+    linear, begin, precision = model()
+    linear.seen = linear.slopes @ begin
+    vague = precision.copy()
+    vague[2, 2] *= 1e-4
+    assert cost(linear, begin, vague) > cost(linear, begin, precision) + 2.0
+
+
+def test_bent_models_are_followed() -> None:
+    """One linear step from afar would end beside the optimum."""
+    linear, begin, _ = model(bend=0.3)
+    target = begin.copy()
+    target[0] += 1.0
+    linear.seen = linear.slopes @ target + linear.bend * target[0] ** 2
+    precision = np.diag([0.1, 10.0, 10.0, 1.0, 1.0])
+    volume = cost(linear, target, precision)
+    assert cost(linear, begin, precision) - volume < 1.0
