@@ -22,13 +22,16 @@ from benchmarks.mechanism.mechanisms import MECHANISMS
 from benchmarks.mechanism.store import append, read
 from corexy_fmi.engine import diagnose
 
-NULL = "null"
+NULLS = 3  # in each turn
 
 
 def planned(repeats: int) -> list[tuple[str, str | None]]:
-    """Names and mechanisms: each mechanism once, a null, and again."""
-    turn = [*MECHANISMS, NULL]
-    return [(f"{m}-{n}", None if m == NULL else m) for n in range(repeats) for m in turn]
+    """Names and mechanisms: each mechanism once, three nulls, and again."""
+    cases: list[tuple[str, str | None]] = []
+    for n in range(repeats):
+        cases += [(f"{m}-{n}", m) for m in MECHANISMS]
+        cases += [(f"null-{k}", None) for k in range(NULLS * n, NULLS * (n + 1))]
+    return cases
 
 
 def run_case(name: str, mechanism: str | None, origin: str) -> dict[str, Any]:
