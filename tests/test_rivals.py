@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.rivals.common import corrected, rms
 from benchmarks.rivals.library import NOMINAL, columns, play
-from benchmarks.rivals.sparse import SETTINGS, Setting, plainest, sparse
+from benchmarks.rivals.sparse import SETTINGS, Setting, beside, criterion, sparse
 
 RNG = np.random.default_rng(1)
 
@@ -38,10 +38,10 @@ def test_the_library_holds_the_laws_that_it_says() -> None:
     assert np.abs(found["belt_mismatch", "e1"]).max() < 1e-12  # eq. (1) holds: no belt is stretched
 
 
-def test_the_plainest_of_equals_is_taken() -> None:
-    tried = {("a", Setting(0)): 2.0, ("a", Setting(2, terms=2)): 1.005, ("b", SETTINGS[-1]): 1.0}
-    assert plainest(tried) == ("a", Setting(2, terms=2))
-    assert [s.rank for s in SETTINGS] == sorted(s.rank for s in SETTINGS)
+def test_a_term_that_gains_nothing_is_not_worth_its_place() -> None:
+    one, two = np.array([[1.0, 0.0]]), np.array([[1.0, 1.0]])
+    assert criterion(1e-5, 1000, one) < criterion(1e-5, 1000, two)
+    assert criterion(0.99e-5, 1000, two) < criterion(1e-5, 1000, one)
 
 
 @pytest.mark.parametrize("setting", SETTINGS[2:], ids=str)
@@ -55,6 +55,15 @@ def test_pysindy_finds_planted_terms(setting: Setting) -> None:
     found = sparse(theta, lacking + 1e-4 * RNG.standard_normal(lacking.shape), setting)
     assert set(np.flatnonzero(found[0])) >= {2, 9}
     assert theta @ found.T == pytest.approx(lacking, abs=0.05 * lacking.std())
+
+
+def test_terms_that_the_nominal_ones_hide_are_found() -> None:
+    pytest.importorskip("pysindy", reason="pysindy is not installed: pip install '.[rivals]'")
+    own, rest = RNG.standard_normal((400, 2)), RNG.standard_normal((400, 5))
+    theta = np.column_stack([own, rest + 3 * own[:, :1]])
+    lacking = (theta[:, 4] - 3 * theta[:, 0])[:, None]  # retuning has taken its part of column 4
+    found = beside(theta, lacking, np.arange(7) < 2, Setting(1, terms=1))
+    assert found[0] == pytest.approx([-3, 0, 0, 0, 1, 0, 0], abs=0.05)
 
 
 def test_no_setting_is_no_term() -> None:

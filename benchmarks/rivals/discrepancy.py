@@ -18,7 +18,7 @@ from scipy.signal import savgol_filter
 
 from benchmarks.rivals.common import Array, Ground, Part, corrected
 from benchmarks.rivals.library import NOMINAL, columns, mode_columns, motor_columns
-from benchmarks.rivals.sparse import SETTINGS, Setting, plainest, sparse
+from benchmarks.rivals.sparse import SETTINGS, Setting, beside, criterion
 from corexy_fmi.topology.corexy import CONDENSED
 
 WINDOWS = (0.04, 0.1)  # [s] of the smoothing polynomial
@@ -171,14 +171,18 @@ def left_by(found: Array, ones: Sequence[Candidates]) -> float:
     return value if np.isfinite(value) else np.inf
 
 
-def _terms(pairs: Sequence[tuple[Array, Array]], setting: Setting) -> Array:
+def _terms(
+    pairs: Sequence[tuple[Array, Array]], setting: Setting, names: Sequence[tuple[str, str]]
+) -> Array:
     """Sparse terms (2, candidates) of both axes."""
     theta, lacking = (np.concatenate(a) for a in zip(*pairs, strict=True))
-    return sparse(theta, lacking, setting).reshape(2, -1)
+    nominal = np.array([effect == NOMINAL for effect, _ in names])
+    free = np.tile(nominal, theta.shape[1] // len(names))
+    return beside(theta, lacking, free, setting).reshape(2, -1)
 
 
 def discrepancy(ground: Ground) -> dict[str, dict[str, Any]]:
-    """The textbook's form and the integral one: window and threshold by cross-validation."""
+    """The textbook's form and the integral one: window and setting by information criterion."""
     model = Lumped.of(ground.machine.parameters)
     train = [Candidates(p, model) for p in ground.train]
     late = [Candidates(p, model) for p in ground.holdout]
@@ -192,17 +196,18 @@ def discrepancy(ground: Ground) -> dict[str, dict[str, Any]]:
 def _best(
     forms: dict[str, list[tuple[Array, Array]]], train: list[Candidates], late: list[Candidates]
 ) -> dict[str, Any]:
-    tried = {}
+    tried, names = [], train[0].names
+    count = sum(int(np.isfinite(o.part.left).sum()) for o in train)
     for name, pairs in forms.items():
-        folds = list(zip(pairs, train[::-1], strict=True))
-        for t in SETTINGS:
-            tried[name, t] = float(np.mean([left_by(_terms([p], t), [o]) for p, o in folds]))
-    name, setting = plainest(tried)
-    found = _terms(forms[name], setting)
-    active = [n for n, c in zip(train[0].names, found.T, strict=True) if np.any(c)]
+        for setting in SETTINGS:
+            found = _terms(pairs, setting, names)
+            score = criterion(left_by(found, train), count, found)
+            tried.append((score, f"{name} {setting}".strip(), found))
+    _, said, found = min(tried, key=lambda one: one[0])
+    active = [n for n, c in zip(names, found.T, strict=True) if np.any(c)]
     return {
         "rms": left_by(found, late),
         "named": sorted({effect for effect, _ in active if effect != NOMINAL}),
         "terms": [term for _, term in active],
-        "setting": f"{name} {setting}".strip(),
+        "setting": said,
     }

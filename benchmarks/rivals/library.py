@@ -57,13 +57,15 @@ def motor_columns(phi: Array) -> dict[tuple[str, str], Array]:
 
 
 def axis_columns(
-    name: str, place: Array, speed: Array, across: Array, time: Array
+    name: str, place: Array, speed: Array, along: Array, across: Array, time: Array
 ) -> dict[tuple[str, str], Array]:
-    """Candidates of one axis: place [m], speed [m/s], pull across it [m of belt]."""
+    """Candidates of one axis: place [m], speed [m/s], pull along and across it [m of belt]."""
     way, size = direction(speed), np.abs(speed)
     out = {
         (NOMINAL, f"v{name}"): speed,
         (NOMINAL, f"sign v{name}"): way,
+        (NOMINAL, f"a{name}"): np.gradient(speed, time),
+        (NOMINAL, f"pull {name}"): along,
         ("quadratic_drag", f"v{name}|v{name}|"): speed * size,
         ("load_friction", f"|pull| sign v{name}"): np.abs(across) * way,
         ("friction_vs_position", f"{name} sign v{name}"): place * way,
@@ -87,8 +89,8 @@ def columns(
     travel = radius * phi
     pull1, pull2 = x + y - travel[:, 0], x - y - travel[:, 1]
     out = {("constant_force", "1"): np.ones(len(x))}
-    out |= axis_columns("x", x, speed[:, 0], pull1 - pull2, time)
-    out |= axis_columns("y", y, speed[:, 1], pull1 + pull2, time)
+    out |= axis_columns("x", x, speed[:, 0], pull1 + pull2, pull1 - pull2, time)
+    out |= axis_columns("y", y, speed[:, 1], pull1 - pull2, pull1 + pull2, time)
     for n, pull in ((1, pull1), (2, pull2)):
         out |= {
             ("belt_mismatch", f"e{n}"): pull,

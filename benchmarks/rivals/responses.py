@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.rivals.common import Array, Ground, Part, corrected
 from benchmarks.rivals.library import NOMINAL
-from benchmarks.rivals.sparse import SETTINGS, Setting, plainest, sparse
+from benchmarks.rivals.sparse import SETTINGS, Setting, beside, criterion
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
@@ -66,12 +66,12 @@ def _spread(part: Part, values: Array) -> Array:
 
 
 def responses(ground: Ground) -> dict[str, Any]:
-    """The threshold is chosen by predicting one training recording from the other."""
+    """The setting is chosen by information criterion on the training recordings."""
     labels, vectors = map(list, zip(*candidates(ground.machine), strict=True))
     parts = (*ground.train, *ground.holdout)
     columns = [response_matrix(ground.machine, p, vectors) for p in parts]
     whole = [np.isfinite(c).all(axis=0) & (np.abs(c).max(axis=0) < 0.1) for c in columns]
-    usable = np.all(whole, axis=0)
+    usable, nominal = np.all(whole, axis=0), np.array([n == NOMINAL for n, _ in labels])
     train = [
         (p, c[:, usable]) for p, c in zip(ground.train, columns[: len(ground.train)], strict=True)
     ]
@@ -82,17 +82,14 @@ def responses(ground: Ground) -> dict[str, Any]:
     def terms(pairs: list[tuple[Part, Array]], setting: Setting) -> Array:
         theta = np.concatenate([c for _, c in pairs])
         lacking = np.concatenate([_left(p) for p, _ in pairs])[:, None]
-        return sparse(theta, lacking, setting)[0]
+        return beside(theta, lacking, nominal[usable], setting)[0]
 
     def left_by(found: Array, pairs: list[tuple[Part, Array]]) -> float:
         return corrected([p for p, _ in pairs], [_spread(p, c @ found) for p, c in pairs])
 
-    tried = {
-        (t,): float(np.mean([left_by(terms([a], t), [b]) for a, b in (train, train[::-1])]))
-        for t in SETTINGS
-    }
-    (setting,) = plainest(tried)
-    found = terms(train, setting)
+    count = sum(len(_left(p)) for p, _ in train)
+    tried = [(t, terms(train, t)) for t in SETTINGS]
+    setting, found = min(tried, key=lambda one: criterion(left_by(one[1], train), count, one[1]))
     kept = [label for label, use in zip(labels, usable, strict=True) if use]
     active = sorted({n for n, f in zip(kept, found, strict=True) if f and n[0] != NOMINAL})
     return {
