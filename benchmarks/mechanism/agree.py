@@ -1,6 +1,6 @@
 """How far MuJoCo and the kernel are apart: without a mechanism, and with each as its effect.
 
-``python -m benchmarks.mechanism.agree [--seeds N]`` prints it and keeps it in the results file.
+``python -m benchmarks.mechanism.agree`` prints and keeps it, seed by seed.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from benchmarks.mechanism.draw import LEAD, Case, draw, tip
 from benchmarks.mechanism.mechanisms import MECHANISMS
 from benchmarks.mechanism.mjcf import Parts
 from benchmarks.mechanism.run import ROW, Array
-from benchmarks.mechanism.store import keep
+from benchmarks.mechanism.store import keep, read
 from corexy_fmi.kernel.call import Excitation, run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, Machine
 from corexy_fmi.simulate import machine_vector
 
-FILE = FILES[0]
+FILE, SECONDS = FILES[0], (1.5, 2.0)
 
 
 def kernel_tip(machine: Machine, moved: Array) -> Array:
@@ -52,7 +52,7 @@ def true_machine(case: Case) -> Machine:
 
 def agreement(seed: int, name: str | None) -> dict[str, Any]:
     """Of one seed: what the mechanism does, and how much of that its effect leaves, unfitted."""
-    case = draw(seed, name, (FILE,))
+    case = draw(seed, name, (FILE,), SECONDS)
     machine, moved, theirs = true_machine(case), case.moved[FILE], case.clean[FILE]
     zeroed = case.truth["zeroed"]
     bare = kernel_tip(replace(machine, effects=()), moved)
@@ -70,12 +70,14 @@ def agreement(seed: int, name: str | None) -> dict[str, Any]:
 def main() -> None:
     """Print and keep the distances."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=2)
-    rows = []
-    for name in (None, *MECHANISMS):
-        for seed in range(parser.parse_args().seeds):
-            row = agreement(seed, name)
-            rows.append(row)
+    parser.add_argument("--seeds", type=int, nargs="*", default=[0])
+    parser.add_argument("--mechanisms", nargs="*", default=["none", *MECHANISMS])
+    arguments = parser.parse_args()
+    for name in arguments.mechanisms:
+        for seed in arguments.seeds:
+            row = agreement(seed, None if name == "none" else name)
+            kept = [r for r in read().get("agreement", []) if _key(r) != _key(row)]
+            keep("agreement", sorted([*kept, row], key=_key))
             print(
                 f"{row['mechanism']:10s} {row['machine']:12s} {row['size']:22s}"
                 f" does {row['does']['rms']:7.2f}  kernel without {row['without']['rms']:7.2f}"
@@ -83,7 +85,10 @@ def main() -> None:
                 f" {row['effect']['largest']:.2f}) um",
                 flush=True,
             )
-    keep("agreement", rows)
+
+
+def _key(row: dict[str, Any]) -> tuple[str, int]:
+    return row["mechanism"], row["seed"]
 
 
 if __name__ == "__main__":

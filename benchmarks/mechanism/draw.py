@@ -64,7 +64,12 @@ def tip(values: dict[str, float], moved: Array, parts: Parts) -> Array:
     return mujoco_run(values, moved, parts)[LEAD:]
 
 
-def draw(seed: int, name: str | None, files: tuple[str, ...] = FILES) -> Case:
+def draw(
+    seed: int,
+    name: str | None,
+    files: tuple[str, ...] = FILES,
+    seconds: tuple[float, float] = SECONDS,
+) -> Case:
     """The case of a mechanism, or of none, with some of its files; same arguments, same bytes."""
     rng = stream(seed, "mechanism")
     machines = MECHANISMS[name].machines if name else ALL
@@ -75,7 +80,7 @@ def draw(seed: int, name: str | None, files: tuple[str, ...] = FILES) -> Case:
     zeroed = name == "tilt" or (name is None and rng.random() < 0.5)
     motions, texts, clean = {}, {}, {}
     for file in files:
-        phi = draw_motion(rng, "commissioning", machine, values, rng.uniform(*SECONDS))
+        phi = draw_motion(rng, "commissioning", machine, values, rng.uniform(*seconds))
         motions[file] = lead_in(rng, phi)
         clean[file] = tip(values, motions[file], realised.parts)
         noise = sigma * np.column_stack([ar1(rng, len(phi), rho) for _ in "xy"])

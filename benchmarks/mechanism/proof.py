@@ -81,11 +81,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--origin", default=commit(), help="what the seeds follow from")
     parser.add_argument("--repeats", type=int, default=2, help="cases of each mechanism")
+    parser.add_argument("--names", nargs="*", help="only these; default: all")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
     arguments, begun = parser.parse_args(), time.monotonic()
     for name, mechanism in planned(arguments.repeats):
         done = {e["name"] for e in read().get("cases", []) if e["origin"] == arguments.origin}
-        if name in done or time.monotonic() - begun > 60 * arguments.minutes:
+        if name in done or (arguments.names and name not in arguments.names):
+            continue
+        if time.monotonic() - begun > 60 * arguments.minutes:
             continue
         entry = run_case(name, mechanism, arguments.origin)
         append("cases", entry)

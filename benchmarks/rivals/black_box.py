@@ -48,8 +48,8 @@ def since_turn(time: Array, rate: Array) -> tuple[Array, Array]:
 
 
 def _rows(parts: Sequence[Part], axis: int) -> tuple[Array, Array]:
-    pairs = [(features(p), p.left[:, axis]) for p in parts]
-    kept = [(f[np.isfinite(v)], v[np.isfinite(v)]) for f, v in pairs]
+    pairs = [(features(p), p.left[:, axis], p.used[:, axis]) for p in parts]
+    kept = [(f[u], v[u]) for f, v, u in pairs]
     return np.concatenate([f for f, _ in kept]), np.concatenate([v for _, v in kept])
 
 

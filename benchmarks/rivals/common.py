@@ -19,6 +19,7 @@ from corexy_fmi.simulate import simulate
 
 Array = NDArray[np.float64]
 AXES = ("x", "y")
+LEARNED = 3000  # samples of a channel of a recording at most, to learn from
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,15 @@ class Part:
     def time(self) -> Array:
         """Of the rows (rows,) [s]."""
         return self.recording.time
+
+    @cached_property
+    def used(self) -> NDArray[np.bool_]:
+        """Samples that are learned from (rows, 2): all, or evenly some where there are many."""
+        out = np.zeros(self.left.shape, dtype=bool)
+        for axis, column in enumerate(self.left.T):
+            rows = np.flatnonzero(np.isfinite(column))
+            out[rows[:: -(-len(rows) // LEARNED)], axis] = True
+        return out
 
     @cached_property
     def travel(self) -> Array:

@@ -151,7 +151,7 @@ def integral(one: Candidates) -> tuple[Array, Array]:
     """
     theta, columns = one.matrix(one.said), []
     scale = SMALL * 2 * one.model.stiffness / one.model.mass
-    seen = np.isfinite(one.part.left)
+    seen = one.part.used
     for axis in (0, 1):
         for column in theta.T:
             size = scale[axis] / (np.sqrt(np.mean(column**2)) + 1e-12)
@@ -197,7 +197,7 @@ def _best(
     forms: dict[str, list[tuple[Array, Array]]], train: list[Candidates], late: list[Candidates]
 ) -> dict[str, Any]:
     tried, names = [], train[0].names
-    count = sum(int(np.isfinite(o.part.left).sum()) for o in train)
+    count = sum(int(o.part.used.sum()) for o in train)
     for name, pairs in forms.items():
         for setting in SETTINGS:
             found = _terms(pairs, setting, names)

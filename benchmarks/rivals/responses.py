@@ -46,7 +46,7 @@ def response_matrix(machine: Machine, part: Part, vectors: Sequence[Array]) -> A
     """What each vector adds to x and y at the samples, (samples of x then y, vectors) [m]."""
     drive, layout = excitation(machine, part.recording), bundled_layout()
     base = run_lanes(layout, drive, machine_vector(machine)[None])[0]
-    sampled = np.isfinite(part.left).T
+    sampled = part.used.T
     out = []
     for first in range(0, len(vectors), 8):
         for change in run_lanes(layout, drive, np.array(vectors[first : first + 8])) - base:
@@ -56,12 +56,12 @@ def response_matrix(machine: Machine, part: Part, vectors: Sequence[Array]) -> A
 
 
 def _left(part: Part) -> Array:
-    return np.concatenate([c[np.isfinite(c)] for c in part.left.T])
+    return np.concatenate([c[u] for c, u in zip(part.left.T, part.used.T, strict=True)])
 
 
 def _spread(part: Part, values: Array) -> Array:
-    out = np.zeros_like(part.left.T)
-    out[np.isfinite(part.left).T] = values
+    out = np.full(part.left.T.shape, np.nan)
+    out[part.used.T] = values
     return out.T
 
 
