@@ -58,9 +58,9 @@ FOOT = """\
 - This engine's line on a mechanism case is that of its sealed run (`benchmarks.mechanism.proof`).
 
 What the table does not say: whether somebody who knows those tools better would get more out of
-them, nor how they do on machines of other kinds. A few cases are examples, not rates; rates of this
-engine are in [RESULTS.md](../RESULTS.md). Where a case has no line of this engine, its diagnosis was
-not run for this table (`corexy demo` runs it on the bundled examples).
+them, nor how they do on machines of other kinds. A few cases are examples, not rates; rates of
+this engine are in [RESULTS.md](../RESULTS.md). Where a case has no line of this engine, its
+diagnosis was not run for this table (`corexy demo` runs it on the bundled examples).
 """
 
 
