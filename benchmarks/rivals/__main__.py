@@ -70,15 +70,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", nargs="*", default=CASES, help="names; default: all")
     parser.add_argument("--render", action="store_true", help="only the page")
-    parser.add_argument("--not-ours", action="store_true", help="keep the engine's answer as it is")
+    parser.add_argument("--only", choices=("ours", "rivals"), help="keep the other's answers")
     arguments = parser.parse_args()
     for name in () if arguments.render else arguments.cases:
         case = given(name)
         entry = read(RESULTS).get(name, {}) | {
-            "cause": case.cause, "noise": case.truth["noise"]["sigma"], "commit": commit(),
-            "ways": ways(case),
+            "cause": case.cause, "noise": case.truth["noise"]["sigma"],
         }  # fmt: skip
-        if not arguments.not_ours:
+        if arguments.only != "ours":
+            entry |= {"ways": ways(case), "commit": commit()}
+        if arguments.only != "rivals":
             entry["ours"] = ours(case)
         keep(name, entry, RESULTS)
         for way, result in entry["ways"].items():
