@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.concealed.calibration import rate, section
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.score import NEAR_TWIN
+from benchmarks.mechanism.page import section as mechanisms
 
 Entry = dict[str, Any]
 LARGE = 50  # cases of an earlier run that is shown in full
@@ -215,6 +216,7 @@ def page(entries: list[Entry], command: str) -> str:
         "",
         *by(entries, "setting"),
         "",
+        *mechanisms(),
         "## Speed",
         "",
         f"One diagnosis on one core over the length of its training recordings: {speed(entries)}.",
