@@ -88,7 +88,7 @@ def diagnose(
     """
     began = time.perf_counter()
     trains, holdouts = read_all(train, holdout or [])
-    chosen = _machine(machine, effects, [*trains, *holdouts])
+    chosen = chosen_machine(machine, effects, [*trains, *holdouts])
     with progress() as move, write_folder(out) as folder:
         document = write_diagnosis(
             folder,
@@ -96,7 +96,7 @@ def diagnose(
             holdouts,
             chosen,
             machine is None,
-            jobs or _cores(),
+            jobs or cores(),
             effects,
             move,
             began,
@@ -174,7 +174,9 @@ def _read(path: Path, ambiguous: bool) -> Recording:
     return replace(recording, name=path.as_posix()) if ambiguous else recording
 
 
-def _machine(name: str | None, effects_file: Path | None, recordings: list[Recording]) -> Machine:
+def chosen_machine(
+    name: str | None, effects_file: Path | None, recordings: list[Recording]
+) -> Machine:
     """The machine asked for, else the surrogate with the recordings' drive; fits them all."""
     own = {effect.name: effect for effect in [load_file(effects_file)]} if effects_file else {}
     machine = load_machine(name or assumed_machine(recordings), own)
@@ -183,7 +185,7 @@ def _machine(name: str | None, effects_file: Path | None, recordings: list[Recor
     return machine
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1
