@@ -42,7 +42,7 @@ def shortest(run: Callable[[], Any]) -> float:
 def row(fidelity: str) -> dict[str, Any]:
     """Microseconds for a row of one set, both ways."""
     machine = replace(load_machine("yin2018"), fidelity=fidelity)
-    order = command(SHAPE.motion(), machine.parameters["pulley_radius"])
+    order = command(SHAPE.motion, machine.parameters["pulley_radius"])
     drive, vector = excitation(machine, order), machine_vector(machine)
     limit, layout = step_limit(bundled_layout(), vector, fidelity=machine.stage), bundled_layout()
     sets, rows = np.tile(vector, (LANES, 1)), len(drive.time)

@@ -28,6 +28,7 @@ from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
+from corexy_fmi.engine.repeats import as_rows, repeating
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
@@ -175,7 +176,7 @@ def _prove(
 
 def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
     """What a fit leaves to simple functions of the motion forbids to call it an explanation; a
-    mismatch on the data kept back, or only in motion, forbids ``nothing_missing``.
+    mismatch on the data kept back, only in motion, or in every loop forbids ``nothing_missing``.
     """
     left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
@@ -184,7 +185,7 @@ def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
     if verdict.word != "nothing_missing":
         return verdict
     late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
-    reason = restless(proof)
+    reason = restless(proof) or repeating(proof)
     if np.isfinite(late) and late > limit:
         reason = f"the mismatch of the data kept back is {late:.1f} times the noise"
     return Verdict("unexplained", None, reason=reason) if reason else verdict
@@ -233,6 +234,8 @@ def diagnose(
     paper = _document(
         verdict, competition, fit, proof, leads, machine, machine_assumed, not holdout
     )
+    if loops := as_rows(proof):
+        paper["repeats"] = loops
     if experiment is not None:
         paper["next_experiment"] = {"why": experiment.why, "program": experiment.order.name}
     shown = exhibit(verdict, competition, fit, proof, machine, findings + more)
