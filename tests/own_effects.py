@@ -163,3 +163,29 @@ EFFECT = Effect(
     frees_rotor=True,
 )
 '''
+
+BOW = '''
+"""A sensor whose x axis is bowed."""
+
+from corexy_fmi.effects.api import SENSOR, Effect, Law, Parameter
+
+
+def bend(x, y, bow):
+    return {"x": x + bow * y * y}
+
+
+EFFECT = Effect(
+    name="my_bow",
+    summary="a bowed scale",
+    locations=SENSOR,
+    parameters=(Parameter("bow", "1/m", "of x", 0.0, -10.0, 10.0, (0.5,), size=True),),
+    laws=(Law("sensor", bend),),
+    equation=r"x_m = x + b y^2",
+    citation="none",
+    remedy="none",
+    check="none",
+    looks_like="an error of x that grows with y squared",
+    state="position",
+    fidelities=("full", "reduced", "kinematic"),
+)
+'''

@@ -13,6 +13,7 @@ from corexy_fmi.commands import (
     demo,
     diagnose,
     effects,
+    fleet,
     hil,
     import_,
     machine,
@@ -41,6 +42,7 @@ app.command("rectangle")(rectangle.rectangle)
 app.command("simulate")(simulate.simulate)
 app.command("pulses")(pulses.pulses)
 app.command("diagnose", cls=diagnose.ManyHoldouts)(diagnose.diagnose)
+app.command("fleet")(fleet.fleet)
 app.command("plan")(plan.plan)
 app.command("sweep")(sweep.sweep)
 app.command("effects")(effects.effects)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,10 +29,12 @@ from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.effects import catalogue, load_file
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_folder
+from corexy_fmi.kernel.compiler import MISSING, NoCompilerError, has_compiler
 from corexy_fmi.machine import Machine, load_machine, save_machine
 from corexy_fmi.recording import Recording, check_drive, read_recording, write_recording
 
-HOLDOUT = "--holdout"
+HOLDOUT, FMU = "--holdout", "CoreXY.fmu"
+SLOW = "no C compiler: what the cache does not hold runs in Python, thousands of times slower"
 
 
 class ManyHoldouts(TyperCommand):
@@ -87,8 +91,10 @@ def diagnose(
     corexy diagnose run.csv --out result --json
     """
     began = time.perf_counter()
+    if not has_compiler():
+        print(SLOW, file=sys.stderr)
     trains, holdouts = read_all(train, holdout or [])
-    chosen = _machine(machine, effects, [*trains, *holdouts])
+    chosen = chosen_machine(machine, effects, [*trains, *holdouts])
     with progress() as move, write_folder(out) as folder:
         document = write_diagnosis(
             folder,
@@ -96,18 +102,23 @@ def diagnose(
             holdouts,
             chosen,
             machine is None,
-            jobs or _cores(),
+            jobs or cores(),
             effects,
             move,
             began,
         )
+        built = (folder / FMU).exists()
+    if not built:
+        (out / FMU).unlink(missing_ok=True)  # that of an earlier diagnosis
+        print(f"{FMU} was not built: {MISSING}", file=sys.stderr)
     if as_json:
         say_json(document)
         return
     label(chosen)
     show_verdict(document)
-    for name in ("report.html", "diagnosis.json", "machine.toml", "CoreXY.fmu"):
-        say(f"{out / name}")
+    for name in ("report.html", "diagnosis.json", "machine.toml", FMU):
+        if (out / name).exists():
+            say(f"{out / name}")
     if document["next_experiment"]:
         say(f"next: {document['next_experiment']['why']}")
         say(f"{out / document['next_experiment']['program']}")
@@ -124,7 +135,10 @@ def write_diagnosis(
     move: Callable[[str, float], None] | None,
     began: float,
 ) -> dict[str, Any]:
-    """Diagnose and write the four files of a result into a folder; returns the document."""
+    """Diagnose and write the four files of a result into a folder; returns the document.
+
+    Without a compiler there is no FMU of what the cache does not hold.
+    """
     from corexy_fmi.engine import diagnose as find
     from corexy_fmi.fmu.build import build_fmu
     from corexy_fmi.report import write_report
@@ -147,7 +161,8 @@ def write_diagnosis(
         write_recording(found.experiment.order, folder / found.experiment.order.name)
     own = load_file(effects_file) if effects_file else None
     known = catalogue() | {own.name: own} if own else None
-    build_fmu(folder, found.machine, effects=known)
+    with suppress(NoCompilerError):
+        build_fmu(folder, found.machine, effects=known)
     return document
 
 
@@ -174,7 +189,9 @@ def _read(path: Path, ambiguous: bool) -> Recording:
     return replace(recording, name=path.as_posix()) if ambiguous else recording
 
 
-def _machine(name: str | None, effects_file: Path | None, recordings: list[Recording]) -> Machine:
+def chosen_machine(
+    name: str | None, effects_file: Path | None, recordings: list[Recording]
+) -> Machine:
     """The machine asked for, else the surrogate with the recordings' drive; fits them all."""
     own = {effect.name: effect for effect in [load_file(effects_file)]} if effects_file else {}
     machine = load_machine(name or assumed_machine(recordings), own)
@@ -183,7 +200,7 @@ def _machine(name: str | None, effects_file: Path | None, recordings: list[Recor
     return machine
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -17,6 +17,7 @@ from corexy_fmi.engine import clock, document
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.evidence import Evidence, Finding
+from corexy_fmi.engine.excerpts import excerpts, late_part, needed, restarted
 from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.experiment import Experiment, next_experiment
 from corexy_fmi.engine.fit import Fit, minimise, settle
@@ -27,6 +28,7 @@ from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.preflight import check
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
+from corexy_fmi.engine.repeats import as_rows, repeating
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
@@ -115,12 +117,24 @@ def _layout(effects_file: Path | None) -> Layout:
 
 def _meaningless(runs: Sequence[Run], layout: Layout) -> frozenset[str]:
     """Effects that these recordings cannot have: a delay where the clock is free; anything of the
-    sensor where it is the loop's own, which then follows what the sensor says.
+    sensor where it is the loop's own, which then follows what the sensor says; what counts time
+    from the start where excerpts are fitted.
     """
     names = {"sensor_delay"} if any(run.clock_free for run in runs) else set()
     if all(s.channel in run.zeroed for run in runs for s in run.samples):
         names |= {i.effect.name for i in layout.instances if i.location == "sensor"}
-    return frozenset(names)
+    return frozenset(names) | (restarted(layout) if needed(runs) else frozenset())
+
+
+def _whole(runs: Sequence[Run]) -> list[Run]:
+    """The training runs to judge on where only excerpts are fitted; none where those will do."""
+    return list(runs) if needed(runs) and not any(run.clock_free for run in runs) else []
+
+
+def _parts(kept: Sequence[Run]) -> list[Run]:
+    """The data kept back, without what a long run has before them; of free clocks excerpts."""
+    free = any(run.clock_free for run in kept)
+    return excerpts(kept) if free else [late_part(run) for run in kept]
 
 
 def _final(competition: Competition, verdict: Verdict) -> Fit:
@@ -130,8 +144,17 @@ def _final(competition: Competition, verdict: Verdict) -> Fit:
 
 
 def _prove(
-    layout: Layout, machine: Machine, competition: Competition, fit: Fit, runs: Sequence[Run]
+    layout: Layout,
+    machine: Machine,
+    competition: Competition,
+    fit: Fit,
+    runs: Sequence[Run],
+    whole: Sequence[Run],
 ) -> Proof:
+    """Replays of what was fitted, or in place of excerpts of the ``whole``, and of held-out runs.
+
+    What belongs to one excerpt cannot be replayed on the whole.
+    """
     retuned = competition.retuned
     machines = {
         "nominal": machine,
@@ -146,14 +169,15 @@ def _prove(
         for state, f in zip(("retuned", "explained"), pair, strict=True)
         for r, run in enumerate(f.problem.runs)
     }
-    judged = (*train, *(r for r in late.kept if r.role == "holdout"))
+    shown = whole if whole and not is_local(fit) else train
+    judged = (*shown, *(r for r in late.kept if r.role == "holdout"))
     fits = {} if is_local(fit) else {"retuned": retuned, "explained": fit}
     return prove(layout, machines, judged, train, fit.problem.noise, own, late.before, fits)
 
 
 def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
     """What a fit leaves to simple functions of the motion forbids to call it an explanation; a
-    mismatch on the data kept back, or only in motion, forbids ``nothing_missing``.
+    mismatch on the data kept back, only in motion, or in every loop forbids ``nothing_missing``.
     """
     left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
@@ -162,7 +186,7 @@ def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
     if verdict.word != "nothing_missing":
         return verdict
     late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
-    reason = restless(proof)
+    reason = restless(proof) or repeating(proof)
     if np.isfinite(late) and late > limit:
         reason = f"the mismatch of the data kept back is {late:.1f} times the noise"
     return Verdict("unexplained", None, reason=reason) if reason else verdict
@@ -193,13 +217,14 @@ def diagnose(
     holdout, more = _preflight(holdout, machine)
     runs, kept = make_runs(train, holdout, machine)
     without |= _meaningless(runs, layout)
+    whole, kept = _whole(runs), _parts(kept)
     with _workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)
-        base = retune(layout, machine, tuple(runs))
+        base = retune(layout, machine, tuple(excerpts(runs)))
         shares = iter((0.2, 0.6, 0.85, 0.9))
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("proving on data kept back", 0.85)
-        verdict, fit, proof = _judge(layout, machine, competition, kept, weak=not holdout)
+        verdict, fit, proof = _judge(layout, machine, competition, kept, whole, weak=not holdout)
         tell("bounding what was not named", 0.93)
         others = [
             Hypothesis((*fit.problem.hypothesis.uses, i))
@@ -210,6 +235,8 @@ def diagnose(
     paper = _document(
         verdict, competition, fit, proof, leads, machine, machine_assumed, not holdout
     )
+    if loops := as_rows(proof):
+        paper["repeats"] = loops
     if experiment is not None:
         paper["next_experiment"] = {"why": experiment.why, "program": experiment.order.name}
     shown = exhibit(verdict, competition, fit, proof, machine, findings + more)
@@ -228,21 +255,28 @@ def _despiked(
 
 
 def _judge(
-    layout: Layout, machine: Machine, competition: Competition, kept: Sequence[Run], weak: bool
+    layout: Layout,
+    machine: Machine,
+    competition: Competition,
+    kept: Sequence[Run],
+    whole: Sequence[Run],
+    weak: bool,
 ) -> tuple[Verdict, Fit, Proof]:
     """The verdict with its fit and proof; where held-out data lower it, proved again."""
-    kept = _despiked(layout, tuned_machine(competition.retuned, machine.name), competition, kept)
+    retuned = tuned_machine(competition.retuned, machine.name)
+    kept = _despiked(layout, retuned, competition, kept)
+    whole = _despiked(layout, retuned, competition, whole)
     first = decide(competition, None)
     fit = _final(competition, first)
-    proof = _prove(layout, machine, competition, fit, kept)
+    proof = _prove(layout, machine, competition, fit, kept, whole)
     verdict = decide(competition, proof)
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
-        proof = _prove(layout, machine, competition, fit, kept)
+        proof = _prove(layout, machine, competition, fit, kept, whole)
     guarded = _guarded(proof, weak, verdict, fit)
     if _final(competition, guarded) is not fit:
         fit = _final(competition, guarded)
-        proof = _prove(layout, machine, competition, fit, kept)
+        proof = _prove(layout, machine, competition, fit, kept, whole)
     return guarded, fit, proof
 
 

@@ -115,7 +115,8 @@ def _turns(path: Array) -> np.ndarray:
 
 def _miss(time: Array, path: Array, corner: Array, row: int) -> float:
     """Smallest distance [mm] of a path to a corner within half a second of the command."""
-    near = np.abs(time - time[row]) < 0.5
+    first, last = np.searchsorted(time, time[row] + np.array([-0.6, 0.6]))
+    near = first + np.flatnonzero(np.abs(time[first:last] - time[row]) < 0.5)
     return 1e3 * float(np.linalg.norm(path[near] - corner, axis=1).min())
 
 

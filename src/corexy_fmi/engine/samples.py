@@ -12,6 +12,7 @@ from corexy_fmi.recording import Recording
 from corexy_fmi.simulate import excitation
 
 GAP = 5 * 0.07  # [s] left out before a split: five settling times of x in P1 (PHYSICS 5)
+LONG = 160_000  # rows beyond which recordings are fitted in excerpts and replayed without a fit
 OUTPUT_OF = {
     "x": "x",
     "y": "y",

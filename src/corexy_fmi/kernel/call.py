@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corexy_fmi.kernel.clock import restamp
-from corexy_fmi.kernel.compiler import kernel_library
+from corexy_fmi.kernel.compiler import NoCompilerError, kernel_library
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.topology import STAGES
 
@@ -72,6 +72,16 @@ def _library(layout: Layout, lanes: int) -> ctypes.CDLL:
     library = ctypes.CDLL(str(kernel_library(layout, lanes)))
     library.batch_run.argtypes = [ctypes.POINTER(_Batch)]
     return library
+
+
+@cache
+def has_kernel(layout: Layout, lanes: int) -> bool:
+    """Whether there is a compiled kernel, or a compiler to make one."""
+    try:
+        _library(layout, lanes)
+    except NoCompilerError:
+        return False
+    return True
 
 
 def _interruptible(function: Callable[..., int], call: _Batch, rows: int) -> int:
@@ -142,12 +152,26 @@ def run_lanes(
     ``parameters`` (sets, layout.parameters); ``deflection`` (sets, 2) initial belt deflection [m];
     ``limit`` the longest micro-step [s], 0: from the fastest pole of the sets that run together.
     Returns (sets, channels, rows).  Sets run in blocks of eight in their order, so the result
-    never depends on who calls.  Raises ValueError where shapes do not fit.
+    never depends on who calls.  Where there is no compiler Python does it, slowly (see
+    `without_compiler`).  Raises ValueError where shapes do not fit.
     """
     _check_shapes(layout, excitation, parameters)
     run = _Run(layout, excitation, fidelity, dc, channels, limit)
     sets = len(parameters)
     width = 1 if sets == 1 else LANES
+    if not has_kernel(layout, width):
+        from corexy_fmi.kernel.without_compiler import run_slowly
+
+        return run_slowly(
+            layout,
+            excitation,
+            parameters,
+            fidelity=fidelity,
+            dc=dc,
+            deflection=np.zeros((sets, 2)) if deflection is None else deflection,
+            channels=channels,
+            limit=limit,
+        )
     blocks = -(-sets // width)
     shift = np.zeros((sets, 2)) if deflection is None else deflection
     out = np.empty((blocks * width, len(channels), len(excitation.time)))
@@ -162,6 +186,10 @@ def step_limit(
     layout: Layout, parameters: Array, *, fidelity: str = "full", dc: bool = False
 ) -> float:
     """Longest micro-step [s] that resolves the fastest pole of one parameter set, at the centre."""
+    if not has_kernel(layout, 1):
+        from corexy_fmi.kernel.without_compiler import slow_step_limit
+
+        return slow_step_limit(layout, parameters, fidelity, dc)
     rest = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
     run = _Run(layout, rest, fidelity, dc, ("x",), 0.0)
     return run.block(parameters[None], np.zeros((1, 2)), np.empty((1, 1, 1)))

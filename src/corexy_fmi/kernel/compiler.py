@@ -41,6 +41,10 @@ SUFFIX = {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
 MISSING = "no C compiler found: install gcc, or the wheel 'ziglang' (pip install ziglang, 100 MB)"
 
 
+class NoCompilerError(InputError):
+    """There is no C compiler; the line says how to get one."""
+
+
 def native_sources() -> Path:
     """Folder of the C sources written by hand: in the source tree, or bundled into the wheel."""
     bundled = Path(__file__).parents[1] / "fmu_src" / "native"
@@ -57,14 +61,23 @@ def cache_folder() -> Path:
 def find_compiler() -> tuple[str, ...]:
     """Command of a C compiler: CC, gcc, clang, or zig's wheel.
 
-    Raises InputError with the line that installs one where there is none.
+    Raises NoCompilerError with the line that installs one where there is none.
     """
     for name in (os.environ.get("CC"), "gcc", "clang", "cc"):
         if name and shutil.which(name):
             return (name,)
     if importlib.util.find_spec("ziglang"):
         return (sys.executable, "-m", "ziglang", "cc")
-    raise InputError(MISSING)
+    raise NoCompilerError(MISSING)
+
+
+def has_compiler() -> bool:
+    """Whether `find_compiler` finds one."""
+    try:
+        find_compiler()
+    except NoCompilerError:
+        return False
+    return True
 
 
 @cache
@@ -103,16 +116,20 @@ def run_compiler(command: Sequence[str], folder: Path | None = None) -> None:
 
 
 def _fingerprint(layout: Layout, lanes: int) -> str:
-    """Hash of sources, generator output, CPU, compiler and flags."""
+    """Hash of sources, generator output, CPU and flags: kernels of equal ones do the same."""
     digest = hashlib.sha256()
     for name in KERNEL_SOURCES:
         digest.update((native_sources() / name).read_bytes())
     digest.update((sizes_header(layout) + generated_header(layout)).encode())
-    compiler = find_compiler()
-    flags = (*compiler, *FLAGS, *native_flags(lanes), str(lanes))
-    parts = (platform.machine(), cpu_name(), _compiler_version(compiler), *flags)
+    parts = (platform.machine(), cpu_name(), *FLAGS, *native_flags(lanes), str(lanes))
     digest.update("\0".join(parts).encode())
     return digest.hexdigest()[:20]
+
+
+def _compiler_fingerprint() -> str:
+    compiler = find_compiler()
+    told = "\0".join([*compiler, _compiler_version(compiler)])
+    return hashlib.sha256(told.encode()).hexdigest()[:8]
 
 
 @cache
@@ -143,8 +160,16 @@ def kernel_library(layout: Layout, lanes: int) -> Path:
     """Path of the kernel for a layout and a number of lanes, compiled if it is not cached.
 
     Two processes that build at once each compile beside and rename: both end with the same file.
+    Without a compiler any cached one of the same sources will do; raises NoCompilerError where
+    there is none.
     """
-    target = cache_folder() / f"kernel-{lanes}-{_fingerprint(layout, lanes)}{SUFFIX}"
+    name = f"kernel-{lanes}-{_fingerprint(layout, lanes)}"
+    try:
+        target = cache_folder() / f"{name}-{_compiler_fingerprint()}{SUFFIX}"
+    except NoCompilerError:
+        for target in sorted(cache_folder().glob(f"{name}-*{SUFFIX}")):
+            return target
+        raise
     if not target.exists():
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)

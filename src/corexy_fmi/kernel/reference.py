@@ -89,7 +89,8 @@ class ReferenceStage(ReferenceState):
         a["elongation"] += 0.5 * idlers @ a["runout"][2 : 2 + idlers.shape[1]]
         self.run_port("shape")
 
-    def _stiffness(self) -> None:
+    def find_stiffness(self) -> None:
+        """Stiffness [N/m] and damping [s] of the sections at the present place."""
         a, sections = self.a, len(self.stage.sections)
         a["stiffness"], a["slope"] = a["stiffness0"].copy(), np.zeros(sections)
         a["belt_time"] = np.full(sections, a["damping_time"][0])
@@ -106,7 +107,7 @@ class ReferenceStage(ReferenceState):
 
     def _tension(self) -> None:
         a = self.a
-        self._stiffness()
+        self.find_stiffness()
         self._contact()
         arm = np.concatenate([a["gain"], np.full(len(a["q"]) - 4, self.radius)])
         middle = self._middle_velocity()

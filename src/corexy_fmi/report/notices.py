@@ -14,6 +14,7 @@ from corexy_fmi.report.words import full_stop, sentence
 
 FAR = 3.0  # prior sigmas
 AGREES = 1.1  # rms over noise
+WARMER = "Look for missed steps, slip, a clock that runs off, or let it warm up before recording."
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ def make_notices(document: Mapping[str, Any], evidence: Evidence) -> list[Notice
                 "Measure them where they matter.",
             )
         )
+    found += [_drift(row) for row in document.get("repeats", ()) if row["drift"]]
     held = document.get("heldout") or {}
     if document.get("verdict") == "nothing_missing" and above_noise(held):
         unit, scale = heldout_unit(document)
@@ -56,6 +58,13 @@ def make_notices(document: Mapping[str, Any], evidence: Evidence) -> list[Notice
         )
         found.append(Notice(text, "Record another run and pass it with --holdout."))
     return found
+
+
+def _drift(row: Mapping[str, Any]) -> Notice:
+    """What changes from loop to loop."""
+    when = "" if row["jump_at"] is None else f" at {number(row['jump_at'])} s"
+    text = f"{row['recording']}: over {row['loops']} loops {row['channel']} shows {row['drift']}"
+    return Notice(full_stop(text + when), WARMER)
 
 
 def above_noise(held: Mapping[str, Any]) -> bool:

@@ -1,0 +1,118 @@
+"""Loops of a motion: found, their noise, what drifts between them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_kit import BACKLASH, machine, other_motion, record, rich_motion, with_effects
+
+from corexy_fmi.engine.evidence import Evidence
+from corexy_fmi.engine.noise import white
+from corexy_fmi.engine.prove import Proof, replay
+from corexy_fmi.engine.repeats import as_rows, find_loops, repeated, repeating
+from corexy_fmi.engine.samples import make_run
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.motion import chain, rest
+from corexy_fmi.rectangle import Rectangle
+from corexy_fmi.report.notices import make_notices
+
+LOOPS, NOISE = 8, 1e-5
+SIDE = Rectangle(0.012, 0.008, 0.05, LOOPS)
+PERIOD = 2 * (0.012 + 0.008) / 0.05
+
+
+def looped(truth=None, noise=NOISE, change=lambda t, v: v, channels=("x", "y")):
+    """Loops of a rectangle whose measurement of x is changed by a function of time."""
+    made = record(
+        truth or machine(),
+        chain(rest(SIDE.vertices[0], 0.1), SIDE.motion),
+        noise=noise,
+        channels=channels,
+    )
+    return replace(made, channels={**made.channels, "x": change(made.time, made["x"])})
+
+
+def proof(recording, nominal=None):
+    """The replay of a machine as it is, in the place of the retuned one."""
+    chosen = nominal or machine()
+    run = make_run(recording, chosen, "train")
+    noise = tuple(white(NOISE) for _ in run.samples)
+    replayed = replay(bundled_layout(), chosen, run, noise)
+    return Proof((run,), {"retuned": (replayed,)}, ((NOISE, NOISE),))
+
+
+def test_loops_are_found():
+    found = find_loops(make_run(looped(), machine(), "train"))
+    assert found.count == LOOPS
+    assert found.period == pytest.approx(PERIOD, abs=2e-3)
+
+
+@pytest.mark.parametrize("motion", [rich_motion(), other_motion(), rest((0, 0), 3.0)])
+def test_what_does_not_repeat_has_none(motion):
+    run = make_run(record(machine(), motion), machine(), "train")
+    assert find_loops(run) is None
+
+
+def test_noise_is_told_from_a_mismatch_that_comes_back():
+    """Backlash that the model lacks repeats in every loop; the loops differ by noise alone."""
+    shown = proof(looped(with_effects(machine(), BACKLASH)))
+    x = next(r for _, r in repeated(shown) if r.channel == "x")
+    assert x.noise.marginal == pytest.approx(NOISE, rel=0.1)
+    assert x.ratio > 2
+    assert "times what differs between the 8 loops" in repeating(shown)
+
+
+def test_noise_alone_is_no_mismatch_and_does_not_drift():
+    for seed in range(3):
+        shown = proof(replace(looped(change=lambda t, v: v), name=f"{seed}"))
+        assert repeating(shown) == ""
+        assert [row["drift"] for row in as_rows(shown)] == [None, None]
+
+
+def test_colour_is_that_of_the_noise():
+    random = np.random.default_rng(3)
+
+    def coloured(time, values):
+        noise = np.zeros(len(time))
+        for n in range(1, len(time)):
+            noise[n] = 0.8 * noise[n - 1] + 0.6 * NOISE * random.normal()
+        return values + noise
+
+    x = next(r for _, r in repeated(proof(looped(noise=0.0, change=coloured))) if r.channel == "x")
+    assert x.noise.marginal == pytest.approx(NOISE, rel=0.15)
+    assert x.noise.coefficients[0] == pytest.approx(0.8, abs=0.1)
+
+
+def delayed(time, values):
+    """Stamps that run 2 % of a second late by the end."""
+    return np.interp(time - 0.02 * time / time[-1], time, values)
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "size"),
+    [
+        (lambda t, v: v + 3e-5 * (t > 0.1 + 5 * PERIOD), "an offset that jumps", 3e-5),
+        (lambda t, v: v + 4e-5 * t / t[-1], "an offset that creeps", 4e-5 * 7 / 9),
+        (delayed, "a lag that grows, as of a clock", 0.02 * 7 / 9),
+    ],
+    ids=("jump", "creep", "clock"),
+)
+def test_drift_is_told_by_its_shape(change, words, size):
+    row = next(r for r in as_rows(proof(looped(change=change))) if r["channel"] == "x")
+    assert row["drift"] == words
+    assert row["drift_size"] == pytest.approx(size, rel=0.3)
+    (notice,) = make_notices({"repeats": [row]}, Evidence())
+    assert f"over 8 loops x shows {words}" in notice.text
+    if "jumps" in words:
+        assert row["jump_at"] == pytest.approx(0.1 + 5 * PERIOD, abs=0.02)
+
+
+def test_a_mismatch_that_fades_is_a_warm_up():
+    truth = with_effects(machine(), BACKLASH)
+    plain, loose = looped(noise=0.0)["x"], looped(truth, noise=0.0)["x"]
+
+    def fading(time, values):
+        return values - (1 - np.exp(-time / 2.0)) * (loose - plain)
+
+    row = next(r for r in as_rows(proof(looped(truth, change=fading))) if r["channel"] == "x")
+    assert row["drift"] == "a mismatch that fades, as in a warm-up"
