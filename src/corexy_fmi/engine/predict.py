@@ -36,13 +36,19 @@ def predictive_cost(fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit) -> f
 
 
 def _precision(fit: Fit, problem: Problem) -> Array:
-    """What training says of each shared unknown, and the prior of each of the run's own."""
-    shared = len(problem.unknowns)
+    """What training says of each shared unknown, and the prior of each of the run's own.
+
+    An effect's parameter that training says nothing of is as unsure as its bounds are wide.
+    """
+    shared, (low, high) = len(problem.unknowns), problem.limits()
     normal = fit.jacobian.T @ fit.jacobian
     rest = normal[shared:, shared:] + LEAST * np.eye(len(normal) - shared)
     across = normal[:shared, shared:]
+    learnt = normal[:shared, :shared] - across @ np.linalg.solve(rest, across.T)
+    size, axes = np.linalg.eigh(0.5 * (learnt + learnt.T))
     found = np.diag(np.maximum(problem.prior[1] ** 2, LEAST))
-    found[:shared, :shared] = normal[:shared, :shared] - across @ np.linalg.solve(rest, across.T)
+    wide = np.diag(12.0 / np.maximum(high - low, 1e-3)[:shared] ** 2)  # of an even spread
+    found[:shared, :shared] = (axes * np.maximum(size, LEAST)) @ axes.T + wide
     return np.asarray(found)
 
 
