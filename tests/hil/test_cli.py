@@ -34,6 +34,7 @@ class Plugged:
         return subprocess.Popen(
             [sys.executable, "-m", "corexy_fmi", "hil", *words, "--port", self.port],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells may ignore it
         )  # fmt: skip
 
     def drive(self, out: Path, *words: str) -> subprocess.Popen[str]:

@@ -34,6 +34,7 @@ class Plugged:
         return subprocess.Popen(
             [sys.executable, "-m", "corexy_fmi", "hil", *words, "--port", str(self.link)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT, env=ENVIRONMENT,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells may ignore it
         )  # fmt: skip
 
     def done(self, *words: str) -> subprocess.CompletedProcess[str]:
