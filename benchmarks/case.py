@@ -38,10 +38,10 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
 
 
-def estimate(entry: Mapping[str, Any]) -> str:
+def estimate(entry: Mapping[str, Any], digits: int = 4) -> str:
     """A number with its unit and its 95 % interval."""
-    low, high = entry["ci95"]
-    return f"{entry['value']:.4g} {entry['unit']} ({low:.4g} .. {high:.4g})"
+    value, low, high = (f"{x:.{digits}g}" for x in (entry["value"], *entry["ci95"]))
+    return f"{value} {entry['unit']} ({low} .. {high})"
 
 
 def named(run: Mapping[str, Any]) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.case import estimate, named, table
 from corexy_fmi.recording import Recording
 
 HEAD = """\
@@ -41,28 +42,15 @@ LIMITS = """\
 """
 
 
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
-
-
-def _estimate(entry: Mapping[str, Any]) -> str:
-    low, high = entry["ci95"]
-    return f"{entry['value']:.7g} {entry['unit']} ({low:.7g} .. {high:.7g})"
-
-
-def _named(run: Mapping[str, Any]) -> str:
-    return " + ".join(f"{e['name']} at {e['location']}" for e in run["effects"]) or "none"
-
-
 def verdicts(document: Mapping[str, Any]) -> str:
     """What each diagnosis says."""
     rows = []
     for name, run in document["runs"].items():
         held = run["heldout"]
         errors = (f"{1e6 * held[f'rms_{s}']:.2f}" for s in ("nominal", "retuned", "explained"))
-        rows.append([name, run["verdict"], _named(run), *errors, f"{run['seconds']:.0f}"])
+        rows.append([name, run["verdict"], named(run), *errors, f"{run['seconds']:.0f}"])
     head = ["recording", "verdict", "named", "as given", "retuned", "explained", "seconds"]
-    return _table(head, rows)
+    return table(head, rows)
 
 
 def pulses(document: Mapping[str, Any]) -> str:
@@ -72,7 +60,7 @@ def pulses(document: Mapping[str, Any]) -> str:
         return "No pulses were named."
     effects = document["runs"]["DATA_EMPS_PULSES"]["effects"]
     effect = next(e for e in effects if e["name"] == "periodic_disturbance")
-    numbers = [[n.partition("@")[0], _estimate(e)] for n, e in effect["parameters"].items()]
+    numbers = [[n.partition("@")[0], estimate(e, 7)] for n, e in effect["parameters"].items()]
     rows = [
         ["place", "the driven axis", f"{p['place']}"],
         ["windows", f"{p['windows_logged']}", f"{p['windows_found']}"],
@@ -84,10 +72,10 @@ def pulses(document: Mapping[str, Any]) -> str:
     ]
     return "\n\n".join(
         [
-            _table(["", "logged", "found"], rows),
+            table(["", "logged", "found"], rows),
             "The logged size is 1.01 times the logged voltage times the published gain of the "
             "drive. As the program gives it, with 95 % intervals:",
-            _table(["pulses", "found"], numbers),
+            table(["pulses", "found"], numbers),
         ]
     )
 
@@ -96,9 +84,9 @@ def friction(document: Mapping[str, Any]) -> str:
     """Numbers of friction, and replays with them."""
     f, run = document["friction"], document["runs"]["DATA_EMPS"]
     published = {"moving_mass": 95.11, "viscous_friction": 203.5, "coulomb_friction": 20.39}
-    rows = [["constant_force", "3.16 N", _estimate(f["constant_force"])]]
+    rows = [["constant_force", "3.16 N", estimate(f["constant_force"], 7)]]
     rows += [
-        [name, f"{value:g} {f['retuned'][name]['unit']}", _estimate(f["retuned"][name])]
+        [name, f"{value:g} {f['retuned'][name]['unit']}", estimate(f["retuned"][name], 7)]
         for name, value in published.items()
     ]
     errors = [
@@ -115,11 +103,11 @@ def friction(document: Mapping[str, Any]) -> str:
         [
             f"{told} Of what the best law gains, the catalogue's sets have: {shares}. The set of "
             "`constant_force` alone, beside what is published:",
-            _table(["number", "published", "found"], rows),
+            table(["number", "published", "found"], rows),
             "The whole recording replayed, from the voltage (open loop, rms of position in mm), "
             "from the reference (closed loop, rms in um), and the rms error of the voltage in the "
             "latter over the voltage's:",
-            _table(["numbers", "open loop", "closed loop", "voltage"], errors),
+            table(["numbers", "open loop", "closed loop", "voltage"], errors),
         ]
     )
 

@@ -27,7 +27,7 @@ typedef struct {
     int active_count[PORT_COUNT];
     short active[PORT_COUNT][CALL_COUNT];
     int smooth; /* Coulomb friction is rounded in some lane */
-    int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, lanes wide */
+    int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, a lane is one register */
     int has_free_form, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks;
     int bent; /* sections may change their stiffness, or be damped */
     double now, step;            /* middle of the running micro-step [s], its length [s] */

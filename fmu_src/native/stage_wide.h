@@ -1,6 +1,6 @@
 /* All lanes of a variable in one register, for steps that no hook interrupts.  Part of stage.c.
  *
- * Only where eight lanes are one register: one lane gains nothing, since its rows cost more. */
+ * Where eight lanes are one register, and for one lane. */
 #if LANES == 8 && defined(__AVX512F__)
 #include <immintrin.h>
 enum { WIDE_STEPS = 1 };

@@ -17,6 +17,7 @@ import typer
 from typer.core import TyperCommand
 
 from corexy_fmi.commands.screen import (
+    JobsOption,
     JsonOption,
     assumed_machine,
     existing_folder_or_none,
@@ -76,7 +77,7 @@ def diagnose(
     effects: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Python file with an effect of your own.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")] = None,
+    jobs: JobsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Say where recordings and model differ, which physics is missing, and prove it.

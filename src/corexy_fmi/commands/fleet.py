@@ -15,6 +15,8 @@ from rich.text import Text
 from corexy_fmi.commands.diagnose import cores
 from corexy_fmi.commands.fleet_task import diagnose_parcel
 from corexy_fmi.commands.screen import (
+    DaskOption,
+    JobsOption,
     JsonOption,
     cells,
     console,
@@ -43,10 +45,8 @@ def fleet(
     machine: Annotated[
         str | None, typer.Option(metavar="FILE", help="Where a subfolder has no machine.toml.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, host:port.")
-    ] = None,
+    jobs: JobsOption = None,
+    dask: DaskOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Diagnose every machine of a folder; one table of verdicts and causes.

@@ -23,6 +23,10 @@ MachineOption = Annotated[
     str,
     typer.Option("--machine", metavar="FILE", help="Machine file, or the name of a bundled one."),
 ]
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")]
+DaskOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, host:port.")
+]
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")
 ]

@@ -22,6 +22,8 @@ from rich.text import Text
 
 from corexy_fmi.commands.screen import (
     ASSUMED,
+    DaskOption,
+    JobsOption,
     JsonOption,
     MachineOption,
     console,
@@ -68,10 +70,8 @@ def sweep(
     seed: Annotated[int, typer.Option(help="Of the draws.", min=0)] = 0,
     chunk: Annotated[int, typer.Option(help="Sets of one task and one file.")] = 4096,
     within: Annotated[float, typer.Option(help="Settled this near to the last place [m].")] = 1e-5,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, host:port.")
-    ] = None,
+    jobs: JobsOption = None,
+    dask: DaskOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Drive one rectangle with many drawn parameter sets; one row for each set, as Parquet.

@@ -60,7 +60,8 @@ def _laplace(problem: Problem, begin: Array, precision: Array) -> float:
         residual, jacobian = problem.linearised(u)
         white, slopes = residual[: -problem.size], jacobian[: -problem.size]
         away = np.concatenate([u[:shared] - begin[:shared], u[shared:]])
-        cost = 0.5 * float(white @ white) + 0.5 * float(away @ precision @ away)
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that broke down
+            cost = 0.5 * float(white @ white) + 0.5 * float(away @ precision @ away)
         if not cost < best - ENOUGH:
             break
         both = precision + slopes.T @ slopes

@@ -118,13 +118,8 @@ def pull_idlers(stage: Stage) -> str:
 def _pull_lines(stage: Stage) -> list[str]:
     lines = ["const double half = 0.5 * s->step, r = s->radius[0][l];", "(void)r; (void)half;"]
     for n, section in enumerate(stage.sections):
-        terms = [
-            (section.row[c], f"s->offset[{int(c[3:]) - 1}][l]")
-            for c in ("phi1", "phi2")
-            if c in section.row
-        ]
-        moved = "".join(f" {'-' if w < 0 else '+'} {signed_sum([(abs(w), x)])}" for w, x in terms)
-        lines += [f"const double e{n} = s->elongation[{n}][l]{moved};"]
+        elongation = [(1.0, f"s->elongation[{n}][l]"), *_offsets(section)]
+        lines += [f"const double e{n} = {signed_sum(elongation)};"]
         lines += [f"double tension{n} = s->stiffness[{n}][l] * e{n};"]
         damped = f"s->stiffness[{n}][l] * s->belt_time[{n}][l] * s->rate[{n}][l]"
         lines += [f"if (bent) tension{n} += {damped};", f"s->tension[{n}][l] = tension{n};"]
