@@ -37,7 +37,7 @@ class Setting:
     stiff: bool
 
     def __str__(self) -> str:
-        stiff = "solreffriction -1/h" if self.stiff else "default solreffriction"
+        stiff = "solreffriction -1/h, solimpfriction 0.9999" if self.stiff else "default friction"
         return f"{1e6 * ROW / self.count:g} us, {self.integrator}, {stiff}"
 
 
@@ -45,7 +45,8 @@ def model_text(case: Case, setting: Setting) -> str:
     """The model as MJCF."""
     step = ROW / setting.count
     mass, viscous, coulomb, _, _ = (np.asarray(a).tolist() for a in case.terms())
-    friction = f'solreffriction="-0 {-1 / step!r}"' if setting.stiff else ""
+    stiff = f'solreffriction="-0 {-1 / step!r}" solimpfriction="0.9999 0.9999 1e-3"'
+    friction = stiff if setting.stiff else ""
     names = [FULL.coordinates[i] for i in FREE]
     bodies = "".join(
         BODY.format(name=n, damping=b, loss=f, friction=friction, mass=m)

@@ -65,7 +65,8 @@ A simulator that can trade accuracy for time is shown at the cheapest setting th
   for SciPy, with exact Jacobians.
 - MuJoCo: ten slides with dry friction as `frictionloss`, twelve springs as fixed tendons, the
   motors' pull as applied force, one `mujoco.rollout` in C for the run; friction with
-  `solreffriction` so stiff that it stops within a step (its default creeps, tens of um off).
+  `solreffriction` so stiff that it stops within a step (its default creeps, tens of um off), and
+  `solimpfriction` as hard as it goes.
 - SciPy: f tanh(v / width), the width made small, restarted at corners; right-hand side in NumPy.
 - Times are the least of several runs, without compiling and building; those are in the JSON.
 """

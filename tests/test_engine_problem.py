@@ -72,18 +72,50 @@ def test_an_offset_costs_nothing():
     assert other.residual(u) == pytest.approx(one.residual(u), abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("use", "key"),
+    [(("torque_ripple", "motors"), "order"), (("periodic_disturbance", "x"), "frequency")],
+)
+def test_less_than_one_wave_is_no_wave(use, key):
+    """A ripple longer than the travel, or a beat longer than the recording, is a slope."""
+    order = record(machine("yin2018_dc"), short_motion())
+    chosen = problem(order, machine("yin2018_dc"), (use,))
+    found = next(x for x in chosen.unknowns if x.key.endswith(key))
+    run = chosen.runs[0].excitation
+    turns = max(np.ptp(run.input1), np.ptp(run.input2)) / (2 * np.pi)
+    covered = {"order": turns, "frequency": np.ptp(run.time)}[key]
+    assert found.bounds[0] == pytest.approx(
+        max(1 / covered, {"order": 1.0, "frequency": 0.05}[key])
+    )
+    assert found.value(found.limits()[0]) == pytest.approx(found.bounds[0])
+
+
+def test_idlers_held_by_their_friction_are_fitted():
+    """A move along x before left the idlers nine tenths of what they can hold."""
+    chosen, layout = machine(), bundled_layout()
+    order = record(chosen, short_motion())
+    rest = np.array([[0.0, 0.0, 0.9, 0.9]])
+    x, y = run_lanes(layout, excitation(chosen, order), machine_vector(chosen, layout)[None],
+                     rest=rest)[0]  # fmt: skip
+    noise = 2e-7 * np.random.default_rng(4).normal(size=(2, len(x)))
+    recording = replace(order, channels={**order.channels, "x": x + noise[0], "y": y + noise[1]})
+    fit = fitted(problem(recording, chosen, std=2e-7))
+    assert fit.problem.rest(fit.u[None], 0)[0, 2:] == pytest.approx(rest[0, 2:], abs=0.03)
+    assert 0.5 * fit.residual @ fit.residual < 0.6 * fit.problem.runs[0].count
+
+
 def test_the_initial_deflection_is_fitted():
     """Nobody knows where stiction left the belts; here it left them 20 and -10 um aside."""
     order, layout = record(machine(), short_motion()), bundled_layout()
-    deflection = np.array([[2e-5, -1e-5]])
+    rest = np.array([[2e-5, -1e-5, 0.0, 0.0]])
     out = run_lanes(layout, excitation(machine(), order), machine_vector(machine(), layout)[None],
-                    deflection=deflection)[0]  # fmt: skip
+                    rest=rest)[0]  # fmt: skip
     noise = 1e-6 * np.random.default_rng(3).normal(size=out.shape)
     x, y = out + noise
     recording = replace(order, channels={**order.channels, "x": x, "y": y})
     fit = fitted(problem(recording, machine(), std=1e-6))
-    found = fit.problem.deflections(fit.u[None], 0)[0]
-    assert found == pytest.approx(deflection[0], abs=3e-6)
+    found = fit.problem.rest(fit.u[None], 0)[0, :2]
+    assert found == pytest.approx(rest[0, :2], abs=3e-6)
     assert 0.5 * fit.residual @ fit.residual < 0.6 * fit.problem.runs[0].count
     assert deflection_scale(machine()) > 1e-6
 

@@ -35,7 +35,9 @@ from corexy_fmi.kernel.layout import (
     make_layout,
 )
 from corexy_fmi.kernel.reference import run_reference
-from corexy_fmi.simulate import neutral_vector
+from corexy_fmi.machine import load_machine
+from corexy_fmi.simulate import machine_vector, neutral_vector
+from corexy_fmi.topology import FULL
 
 CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "x_true", "y_true", "V1", "V2")
 STEP, SAME = 1.5e-4, 1e-9
@@ -100,14 +102,34 @@ def test_all_effects_at_once_agree():
     assert_same(bundled_layout(), excitation(rows=40), vector(effects=every))
 
 
-def test_initial_deflection_agrees():
-    shift = np.array([[2e-4, -1e-4]])
-    found = run(excitation(), vector(), deflection=shift, limit=STEP)
-    slow = run_reference(
-        bundled_layout(), excitation(), vector(), deflection=tuple(shift[0]), limit=STEP
-    )
+def test_what_a_run_begins_with_agrees():
+    rest = np.array([[2e-4, -1e-4, 0.7, -0.9]])
+    found = run(excitation(), vector(), rest=rest, limit=STEP)
+    slow = run_reference(bundled_layout(), excitation(), vector(), rest=rest[0], limit=STEP)
     assert np.abs(found - [slow["x"], slow["y"]]).max() < 1e-14
-    assert np.abs(found[:, 0] - excitation_start(excitation()) - shift[0]).max() < 1e-16
+    still = run(excitation(), vector(), rest=rest * [0, 0, 1, 1], limit=STEP)
+    assert np.abs((found - still)[:, 0] - rest[0, :2]).max() < 1e-16
+
+
+@pytest.mark.parametrize("held", [(1.0, 1.0), (-1.0, 0.5), (0.3, -1.0)])
+def test_friction_holds_the_idlers_where_they_begin(held):
+    """The most held idler's belt pulls by its share of the friction; none moves."""
+    machine, still = load_machine("light_bench"), Excitation(*np.zeros((3, 400)))
+    still = replace(still, time=np.arange(400) * 1e-3)
+    sections = tuple(f"tension{n + 1}" for n in range(12))
+    rows = FULL.rows(machine.parameters["pulley_radius"])[:, 4:]
+
+    def pulls(rest):
+        sets = machine_vector(machine)[None]
+        out = run_lanes(bundled_layout(), still, sets, rest=np.array([rest]),
+                        channels=(*sections, "x", "y"))[0, :, 1:]  # fmt: skip
+        assert np.ptp(out, axis=1).max() < 1e-9
+        return rows.T @ out[:12, 0]
+
+    friction = machine.at("pulley_coulomb_friction")
+    pull = np.abs(pulls((0.0, 0.0, *held)) - pulls((0.0, 0.0, 0.0, 0.0)))
+    assert pull.max() == pytest.approx(friction * max(map(abs, held)))
+    assert pulls((0.0, 0.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-9)
 
 
 def excitation_start(given, radius=5e-3):
@@ -188,12 +210,12 @@ def test_steps_in_registers_equal_steps_one_by_one(fidelity, limit):
     assert np.array_equal(alone[0], lanes[7])
 
 
-def test_lanes_take_their_own_deflection():
-    shift = np.linspace(-1e-4, 1e-4, 10)[:, None] * np.array([1.0, -1.0])
+def test_lanes_take_their_own_rest():
+    rest = np.linspace(-1, 1, 10)[:, None] * np.array([1e-4, -1e-4, 0.5, -1.0])
     sets = np.tile(vector(), (10, 1))
-    together = run_lanes(bundled_layout(), excitation(), sets, deflection=shift)
+    together = run_lanes(bundled_layout(), excitation(), sets, rest=rest)
     for n in (0, 7, 8, 9):
-        alone = run(excitation(), vector(), deflection=shift[n : n + 1])
+        alone = run(excitation(), vector(), rest=rest[n : n + 1])
         assert np.array_equal(alone, together[n])
 
 

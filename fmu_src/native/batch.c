@@ -19,7 +19,7 @@ typedef struct {
     double kp, kd, rate_weight;           /* gains of the loop, share of the reference's rate */
     double limit, angle1, angle2;         /* longest micro-step [s] or 0, first angles [rad] */
     const double *parameter;              /* [LANES][PARAMETER_COUNT] */
-    const double *deflection;             /* [LANES][2] [m] */
+    const double *rest;                   /* [LANES][4]: see stage_begin */
     const int *channel;                   /* outputs wanted, [channels] */
     int channels;
     double *out;                          /* [LANES][channels][rows] */
@@ -68,15 +68,15 @@ static void record(stage *s, const batch *b, int row)
 static void begin(stage *s, const batch *b)
 {
     const double angles[2] = {b->angle1, b->angle2};
-    lane deflection[2];
+    lane rest[4];
     s->topology = b->topology;
     s->drive = b->drive;
     for (int l = 0; l < LANES; l++) {
-        for (int i = 0; i < 2; i++) deflection[i][l] = b->deflection[2 * l + i];
+        for (int i = 0; i < 4; i++) rest[i][l] = b->rest[4 * l + i];
         for (int i = 0; i < PARAMETER_COUNT; i++)
             s->parameter[i][l] = b->parameter[(size_t)l * PARAMETER_COUNT + i];
     }
-    stage_begin(s, b->time[0], angles, (const lane *)deflection);
+    stage_begin(s, b->time[0], angles, (const lane *)rest);
 }
 
 static void run(stage *s, batch *b)

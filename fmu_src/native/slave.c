@@ -175,11 +175,11 @@ int slave_outputs(slave *s, char *why)
 int slave_start(slave *s, char *why)
 {
     const double angles[2] = {s->input[ANGLE], s->input[ANGLE + 1]};
-    const lane deflection[2] = {{0}, {0}};
+    const lane rest[4] = {{0}};
     if (!slave_check_parameters(s, why)) return 0;
     s->stage.topology = s->choice[CHOICE_FIDELITY];
     s->stage.drive = s->choice[CHOICE_DRIVE];
-    stage_begin(&s->stage, s->start, angles, deflection);
+    stage_begin(&s->stage, s->start, angles, rest);
     s->limit = stage_step_limit(&s->stage);
     memcpy(s->reached, angles, sizeof s->reached);
     return slave_outputs(s, why);

@@ -64,8 +64,9 @@ typedef struct {
     lane ring[RING][4];
 } stage;
 
-/* begin a run at rest: parameters are set, inputs hold the first angles [rad], deflection [m] */
-void stage_begin(stage *s, double time, const double *angles, const lane *deflection);
+/* begin a run at rest: parameters are set, inputs hold the first angles [rad]; rest: how far x and
+ * y are off [m], then, motor by motor, how much of their friction its last turn left the idlers */
+void stage_begin(stage *s, double time, const double *angles, const lane *rest);
 
 /* advance by duration [s] in micro-steps no longer than limit [s] */
 void stage_advance(stage *s, double duration, double limit);

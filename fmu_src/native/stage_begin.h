@@ -102,31 +102,55 @@ static void section_row(const stage *s, int section, int l, double *row)
         row[i] = TOPOLOGIES[s->topology].weight[section][i] * (i < 2 ? 1.0 : s->radius[0][l]);
 }
 
-/* idlers in static equilibrium between the carriage and the motors, friction apart */
-static void settle(stage *s)
+/* static equilibrium between the motors under a torque on each idler: of the idlers alone, or with
+ * the axes behind them */
+static void settle(stage *s, const lane *torque, int axes)
 {
-    const int idlers = s->coordinates - 4;
+    const int idlers = s->coordinates - 4, count = idlers + axes;
     if (idlers < 1) return;
     EACH {
-        double a[COORDINATES][COORDINATES + 1] = {{0}}, row[COORDINATES];
+        double a[COORDINATES][COORDINATES + 1] = {{0}}, row[COORDINATES + 2];
         for (int n = 0; n < s->sections; n++) {
-            section_row(s, n, l, row);
             double fixed = 0;
-            for (int i = 0; i < 4; i++) fixed += row[i] * s->q[i][l];
-            for (int i = 0; i < idlers; i++) {
-                for (int j = 0; j < idlers; j++) a[i][j] += s->stiffness0[n][l] * row[4 + i] * row[4 + j];
-                a[i][idlers] -= s->stiffness0[n][l] * row[4 + i] * fixed;
+            section_row(s, n, l, row);
+            for (int i = axes; i < 4; i++) fixed += row[i] * s->q[i][l];
+            memcpy(row + s->coordinates, row, axes * sizeof *row);
+            for (int i = 0; i < count; i++) {
+                for (int j = 0; j < count; j++) a[i][j] += s->stiffness0[n][l] * row[4 + i] * row[4 + j];
+                a[i][count] -= s->stiffness0[n][l] * row[4 + i] * fixed;
             }
         }
-        solve(idlers, a);
-        for (int i = 0; i < idlers; i++) s->q[4 + i][l] = a[i][idlers] / a[i][i];
+        for (int i = 0; i < idlers; i++) a[i][count] += torque[i][l];
+        solve(count, a);
+        for (int i = 0; i < count; i++)
+            s->q[i < idlers ? 4 + i : i - idlers][l] = a[i][count] / a[i][i];
     }
 }
 
-/* positions at rest: eq. (1) of the angles, or what it is on another stage, and the deflection */
-static void place_at(stage *s, double time, const double *angles, const lane *deflection)
+/* what dry friction keeps of each idler's torque since the motors last turned (1, -1: all it can),
+ * and where the axes balance it */
+static void hold_idlers(stage *s, const table *t, const lane *held, lane *torque, lane *balance)
+{
+    memset(torque, 0, COORDINATES * sizeof *torque);
+    for (int i = 0; i < 2; i++)
+        EACH {
+            s->q[2 + i][l] = held[i][l];
+            s->q[i][l] = s->radius[0][l] * (t->rest[i][0] * held[0][l] + t->rest[i][1] * held[1][l]);
+        }
+    settle(s, (const lane *)torque, 0);
+    for (int i = 4; i < s->coordinates; i++)
+        EACH torque[i - 4][l] = -s->bound0[i][l] * larger(-1.0, smaller(s->q[i][l], 1.0));
+    memset(s->q, 0, sizeof s->q);
+    settle(s, (const lane *)torque, 2);
+    memcpy(balance, s->q, 2 * sizeof *balance);
+}
+
+/* positions at rest: the motors' angles, the axes displaced from them, idlers held by friction */
+static void place_at(stage *s, double time, const double *angles, const lane *rest)
 {
     table *t = &TOPOLOGIES[s->topology];
+    lane torque[COORDINATES], balance[2];
+    hold_idlers(s, t, rest + 2, torque, balance);
     s->time = s->now = s->input_time = s->begun = time;
     s->elapsed = 0;
     for (int i = 0; i < 2; i++) { s->input[i] = angles[i]; s->input_rate[i] = 0; }
@@ -135,10 +159,10 @@ static void place_at(stage *s, double time, const double *angles, const lane *de
         EACH {
             s->q[2 + i][l] = s->command[i][l];
             const double angle = t->rest[i][0] * angles[0] + t->rest[i][1] * angles[1];
-            s->q[i][l] = s->radius[0][l] * angle + deflection[i][l];
+            s->q[i][l] = s->radius[0][l] * angle + balance[i][l] + rest[i][l];
         }
     turn_along(s, t, 0.0);
-    settle(s);
+    settle(s, (const lane *)torque, 0);
 }
 
 /* belt laws where sections that change are a quarter of their length: what the step must bear */
@@ -154,7 +178,7 @@ static void find_stiffest(stage *s, table *t)
     memcpy(s->stiffest, s->stiffness, sizeof s->stiffest);
 }
 
-void stage_begin(stage *s, double time, const double *angles, const lane *deflection)
+void stage_begin(stage *s, double time, const double *angles, const lane *rest)
 {
     table *t = &TOPOLOGIES[s->topology];
     stage_derive(s);
@@ -170,7 +194,7 @@ void stage_begin(stage *s, double time, const double *angles, const lane *deflec
     memset(s->tension, 0, sizeof s->tension);
     s->ring_head = s->ring_count = 0;
     s->step = 1;
-    place_at(s, time, angles, deflection);
+    place_at(s, time, angles, rest);
     find_travel(s, t);
     run_port(s, PORT_START);
     run_port(s, PORT_START_AXIS);

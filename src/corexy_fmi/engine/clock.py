@@ -15,7 +15,7 @@ def start(problem: Problem) -> Array:
     u = np.zeros(problem.size)
     for r, run in enumerate(problem.runs):
         if run.clock_free:
-            u[problem.first_own(r) + 2] = _offset(problem, r) / LATE
+            u[problem.first_own(r) + problem.own_keys.index("clock")] = _offset(problem, r) / LATE
     return u
 
 

@@ -70,7 +70,7 @@ def step_response(fit: Fit, run: int, axis: str, spacing: float) -> Array:
         vectors,
         fidelity=problem.machine.stage,
         dc=problem.machine.drive == "dc",
-        deflection=np.repeat(problem.deflections(fit.u[None], run), LANES, axis=0),
+        rest=np.repeat(problem.rest(fit.u[None], run), LANES, axis=0),
         channels=(axis,),
         limit=problem.limit,
     )[:, 0]

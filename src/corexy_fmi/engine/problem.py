@@ -1,9 +1,9 @@
 """The output-error problem: whitened residuals of a hypothesis over runs, and their Jacobian.
 
-Vector u: nominal parameters, effect parameters, then for each run its own nuisances: the initial
-belt deflection (two), where any clock is free by how much its samples are late, and where the
-memories of effects begin.  Offsets of the channels are projected out, so that they cost no
-unknowns.
+Vector u: nominal parameters, effect parameters, then for each run its own nuisances: the rest it
+begins with (belts deflected, idlers held by their friction), where any clock is free by how much
+its samples are late, and where the memories of effects begin.  Offsets of the channels are
+projected out, so that they cost no unknowns.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from corexy_fmi.engine.unknowns import (
     nominal_unknowns,
     write_law,
 )
-from corexy_fmi.kernel.call import Array, run_lanes, step_limit
+from corexy_fmi.kernel.call import REST, Array, run_lanes, step_limit
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
@@ -37,7 +37,6 @@ STEP = 1e-3  # finite difference on the internal scale
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 BROKEN = 1e60  # derivative from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
-DEFLECTIONS = ("deflection along x", "deflection along y")
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
@@ -120,7 +119,8 @@ class Problem:
         base = machine_vector(self.machine, self.layout)
         names = [run.name for run in self.runs]
         for instance in self.hypothesis.uses:
-            unknowns += effect_unknowns(instance, self.machine.drive, names, self.hypothesis.shaped)
+            shaped, extent = self.hypothesis.shaped, self._extent()
+            unknowns += effect_unknowns(instance, self.machine.drive, names, shaped, extent)
             _write_defaults(base, instance)
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
@@ -132,7 +132,7 @@ class Problem:
         begins = self._begins()
         clock = ("clock",) if any(run.clock_free for run in self.runs) else ()
         object.__setattr__(self, "begins", begins)
-        object.__setattr__(self, "own_keys", (*DEFLECTIONS, *clock, *begins))
+        object.__setattr__(self, "own_keys", (*self._rest(), *clock, *begins))
         own = [np.inf if key == "clock" else 1.0 for key in self.own_keys]
         std = np.array([u.prior_std for u in unknowns] + own * len(self.runs))
         object.__setattr__(
@@ -148,6 +148,20 @@ class Problem:
     def size(self) -> int:
         """Number of unknowns, each run's own included."""
         return len(self.unknowns) + self.own * len(self.runs)
+
+    def _extent(self) -> dict[str, float]:
+        """What the longest run covers: turns of a motor (infinite where unknown), seconds."""
+        inputs = [(run.excitation.input1, run.excitation.input2) for run in self.runs]
+        known = all(run.excitation.mode != "voltages" for run in self.runs)
+        turns = max(np.ptp(i) for pair in inputs for i in pair) / (2 * np.pi) if known else np.inf
+        seconds = max(np.ptp(run.excitation.time) for run in self.runs)
+        return {"1": max(float(turns), 1e-9), "Hz": max(float(seconds), 1e-9)}
+
+    def _rest(self) -> tuple[str, ...]:
+        """What a run may begin with: idlers are held where there are any with dry friction."""
+        stage = STAGES[self.machine.stage]
+        constants = stage.constants(self.machine.parameters, float(self.machine.drive == "dc"))
+        return REST if max(constants.coulomb[4:], default=0.0) > 0 else REST[:2]
 
     def _begins(self) -> dict[str, int]:
         """Where in the kernel's vector it stands at what a memory begins, by key."""
@@ -195,10 +209,13 @@ class Problem:
             result[:, index] = np.clip(self.base[index] + u[:, k], -1.0, 1.0)
         return result
 
-    def deflections(self, u: Array, run: int) -> Array:
-        """Initial belt deflection [m] (sets, 2) of a run."""
-        first = self.first_own(run)
-        return u[:, first : first + 2] * deflection_scale(self.machine)
+    def rest(self, u: Array, run: int) -> Array:
+        """What a run begins with, (sets, 4): `REST`."""
+        first, count = self.first_own(run), sum(key in REST for key in self.own_keys)
+        found = np.zeros((len(u), len(REST)))
+        found[:, :count] = u[:, first : first + count]
+        found[:, :2] *= deflection_scale(self.machine)
+        return found
 
     def simulate(self, u: Array, run: int, outputs: tuple[str, ...] | None = None) -> Array:
         """Outputs (sets, channels, rows) of a run."""
@@ -209,7 +226,7 @@ class Problem:
             self.vectors(u, run),
             fidelity=self.machine.stage,
             dc=self.machine.drive == "dc",
-            deflection=self.deflections(u, run),
+            rest=self.rest(u, run),
             channels=outputs or r.outputs,
             limit=self.limit,
         )
@@ -218,7 +235,11 @@ class Problem:
         """Measured minus simulated for each channel, (sets, samples) each, offsets left in."""
         r, out = self.runs[run], self.simulate(u, run)
         if r.clock_free:
-            out = late(r.excitation.time, out, LATE * u[:, self.first_own(run) + 2])
+            out = late(
+                r.excitation.time,
+                out,
+                LATE * u[:, self.first_own(run) + self.own_keys.index("clock")],
+            )
         return [s.value - out[:, c, s.index] for c, s in enumerate(r.samples)]
 
     def _whiten(self, errors: list[Array], run: int) -> Array:
@@ -296,7 +317,7 @@ class Problem:
         pairs = [x.limits() for x in self.unknowns]
         for run in self.runs:
             reach = LATEST / LATE if run.clock_free else 0.0
-            bounds = {"clock": reach} | dict.fromkeys(DEFLECTIONS, 6.0)
+            bounds = {"clock": reach} | dict.fromkeys(REST[:2], 6.0)
             pairs += [(-bounds.get(key, 1.0), bounds.get(key, 1.0)) for key in self.own_keys]
         low, high = np.array(pairs).T
         return low, high

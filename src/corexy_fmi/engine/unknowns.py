@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,7 @@ STIFFNESS = (
 SMOOTHING = "friction_smoothing"  # numerics of sgn: a nuisance, always free (ENGINE 3.2, row 1)
 SMOOTH_SPEED = 2e-4  # [m/s] its scale
 REACH = 6.0  # a nominal parameter stays within this factor of the machine file
+ANY_EXTENT = {"1": math.inf, "Hz": math.inf}  # turns of a motor, seconds
 COLLINEAR = ("pulley_mass",)  # acts through M alone, as bridge_mass does (eq. 4)
 
 
@@ -143,16 +144,24 @@ def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> U
 
 
 def effect_unknowns(
-    instance: Instance, drive: str, runs: Sequence[str], shaped: bool = False
+    instance: Instance,
+    drive: str,
+    runs: Sequence[str],
+    shaped: bool = False,
+    extent: Mapping[str, float] = ANY_EXTENT,
 ) -> list[Unknown]:
     """The parameters that one effect at one location has with a drive.
 
-    What belongs to one recording is there once for each of ``runs``, as ``key@run``.
+    What belongs to one recording is there once for each of ``runs``, as ``key@run``.  ``extent``:
+    what the runs cover, by the unit of a count of waves; less than one wave is no wave.
     """
     found = []
     for k, p in enumerate(instance.effect.parameters):
         if drive in p.drives and not p.initial and (shaped or not p.shape):
             one = _effect_unknown(instance, k, p)
+            if one.wave and p.unit in extent:
+                low, high = one.bounds
+                one = replace(one, bounds=(min(max(low, 1 / extent[p.unit]), high), high))
             each = [replace(one, key=f"{one.key}@{name}", run=r) for r, name in enumerate(runs)]
             found += each if p.local else [one]
     return found

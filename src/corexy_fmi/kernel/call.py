@@ -22,6 +22,9 @@ MOTORS = ("omega1", "omega2", "torque1", "torque2", "V1", "V2")
 OUTPUTS = (*MOTION, *MOTORS, *(f"tension{i + 1}" for i in range(12)))
 MODES = {"angles": 0, "voltages": 1, "closed_loop": 2}
 LANES = 8
+# what a run begins with: how far x and y are off [m]; and of the friction of the idlers, how much
+# the last turn of each motor left them (-1 .. 1: all of it, either way)
+REST = ("deflection along x", "deflection along y", "idlers since motor 1", "idlers since motor 2")
 LONG_RUN = 100_000  # rows
 
 
@@ -32,7 +35,7 @@ class _Batch(ctypes.Structure):
         *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive")),
         *((n, ctypes.c_void_p) for n in ("time", "input1", "input2")),
         *((n, ctypes.c_double) for n in ("kp", "kd", "rate_weight", "limit", "angle1", "angle2")),
-        *((n, ctypes.c_void_p) for n in ("parameter", "deflection", "channel")),
+        *((n, ctypes.c_void_p) for n in ("parameter", "rest", "channel")),
         ("channels", ctypes.c_int),
         ("out", ctypes.c_void_p),
         ("step", ctypes.c_double),
@@ -109,14 +112,14 @@ class _Run:
     channels: tuple[str, ...]
     limit: float
 
-    def block(self, parameters: Array, deflection: Array, out: Array) -> float:
+    def block(self, parameters: Array, rest: Array, out: Array) -> float:
         """One block of lanes into out (lanes, channels, rows); returns its longest step [s]."""
         e, library = self.excitation, _library(self.layout, len(parameters))
         wanted = np.array([OUTPUTS.index(c) for c in self.channels], dtype=np.int32)
-        arrays = (e.time, e.input1, e.input2, parameters, deflection)
+        arrays = (e.time, e.input1, e.input2, parameters, rest)
         keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
         call = _Batch(len(e.time), MODES[e.mode], list(STAGES).index(self.fidelity), int(self.dc))
-        call.time, call.input1, call.input2, call.parameter, call.deflection = (
+        call.time, call.input1, call.input2, call.parameter, call.rest = (
             a.ctypes.data for a in keep
         )
         call.kp, call.kd, call.rate_weight, call.limit = e.kp, e.kd, e.rate_weight, self.limit
@@ -143,13 +146,14 @@ def run_lanes(
     *,
     fidelity: str = "full",
     dc: bool = False,
-    deflection: Array | None = None,
+    rest: Array | None = None,
     channels: tuple[str, ...] = ("x", "y"),
     limit: float = 0.0,
 ) -> Array:
     """Run every parameter set through one excitation.
 
-    ``parameters`` (sets, layout.parameters); ``deflection`` (sets, 2) initial belt deflection [m];
+    ``parameters`` (sets, layout.parameters); ``rest`` (sets, 4): what each set begins
+    with (`REST`);
     ``limit`` the longest micro-step [s], 0: from the fastest pole of the sets that run together.
     Returns (sets, channels, rows).  Sets run in blocks of eight in their order, so the result
     never depends on who calls.  Where there is no compiler Python does it, slowly (see
@@ -158,6 +162,7 @@ def run_lanes(
     _check_shapes(layout, excitation, parameters)
     run = _Run(layout, excitation, fidelity, dc, channels, limit)
     sets = len(parameters)
+    begun = np.zeros((sets, len(REST))) if rest is None else rest
     width = 1 if sets == 1 else LANES
     if not has_kernel(layout, width):
         from corexy_fmi.kernel.without_compiler import run_slowly
@@ -168,16 +173,15 @@ def run_lanes(
             parameters,
             fidelity=fidelity,
             dc=dc,
-            deflection=np.zeros((sets, 2)) if deflection is None else deflection,
+            rest=begun,
             channels=channels,
             limit=limit,
         )
     blocks = -(-sets // width)
-    shift = np.zeros((sets, 2)) if deflection is None else deflection
     out = np.empty((blocks * width, len(channels), len(excitation.time)))
     for first in range(0, blocks * width, width):
         take = np.minimum(np.arange(first, first + width), sets - 1)
-        run.block(parameters[take], shift[take], out[first : first + width])
+        run.block(parameters[take], begun[take], out[first : first + width])
     restamp(layout, parameters, excitation.time, channels, out[:sets])
     return out[:sets]
 
@@ -192,4 +196,4 @@ def step_limit(
         return slow_step_limit(layout, parameters, fidelity, dc)
     rest = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
     run = _Run(layout, rest, fidelity, dc, ("x",), 0.0)
-    return run.block(parameters[None], np.zeros((1, 2)), np.empty((1, 1, 1)))
+    return run.block(parameters[None], np.zeros((1, len(REST))), np.empty((1, 1, 1)))

@@ -11,12 +11,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from corexy_fmi.kernel.call import Excitation
+from corexy_fmi.kernel.call import REST, Excitation
 from corexy_fmi.kernel.clock import restamp
 from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, FREE_FORM_SIZE, KNOTS, Layout
 from corexy_fmi.kernel.reference_sensor import Past, history
 from corexy_fmi.kernel.reference_state import Array, ReferenceState
 
+NO_REST = np.zeros(len(REST))
 EQUATION_1 = np.array([[0.5, 0.5], [0.5, -0.5]])  # x, y over the motors' travel
 
 
@@ -31,21 +32,20 @@ class ReferenceStage(ReferenceState):
         super().__init__(layout, vector, fidelity, dc)
         self.past = Past(history(layout))
 
-    def begin(
-        self, time: float, angles: tuple[float, float], deflection: tuple[float, float]
-    ) -> None:
-        """Rest at eq. (1) of the angles, displaced by the deflection [m], idlers in equilibrium."""
+    def begin(self, time: float, angles: tuple[float, float], rest: Array) -> None:
+        """At rest near eq. (1) of the angles, idlers in equilibrium; ``rest`` (4,): `REST`."""
         a = self.a
         self.time = self.now = self.begun = self.ramp_time = time
         self.ramp = (np.array(angles), np.zeros(2))
         self._command(time)
         a["q"][2:4] = a["command"]
-        a["q"][:2] = np.array(self.stage.rest) @ (self.radius * np.array(angles)) + deflection
+        follow = np.array(self.stage.rest) * self.radius
+        turn = self._settled(np.r_[follow @ rest[2:], rest[2:]], 0.0)[4:]
+        held = -a["bound0"][4:] * np.clip(turn, -1.0, 1.0)
+        balance = self._settled(np.zeros(2), held)[:2]
+        a["q"][:2] = follow @ np.array(angles) + balance + rest[:2]
         self._turn_along()
-        if len(a["q"]) > 4:
-            rows = self.stage.rows(self.radius)
-            k = rows.T @ (a["stiffness0"][:, None] * rows)
-            a["q"][4:] = np.linalg.solve(k[4:, 4:], -k[4:, :4] @ a["q"][:4])
+        a["q"][4:] = self._settled(a["q"][:4], held)[4:]
         self._travel()
         self.run_port("start")
         self.run_port("start_axis")
@@ -56,6 +56,21 @@ class ReferenceStage(ReferenceState):
         self._report()
         self.run_port("start_sensor")
         self._remember()
+
+    def _settled(self, ends: Array, torque: Array | float) -> Array:
+        """All coordinates at rest under a torque [N m] on each idler, axes and motors at ``ends``.
+
+        Two ends are the motors'; the axes settle then, too.
+        """
+        rows = self.stage.rows(self.radius)
+        k = rows.T @ (self.a["stiffness0"][:, None] * rows)
+        fixed = np.arange(4)[-len(ends) :]
+        free = np.setdiff1d(np.arange(len(k)), fixed)
+        q, load = np.zeros(len(k)), np.zeros(len(k))
+        q[fixed], load[4:] = ends, torque
+        if len(k) > 4:
+            q[free] = np.linalg.solve(k[np.ix_(free, free)], load[free] - k[free][:, fixed] @ ends)
+        return q
 
     def _command(self, time: float) -> None:
         angles, rates = self.ramp
@@ -282,13 +297,13 @@ def run_reference(
     *,
     fidelity: str = "full",
     dc: bool = False,
-    deflection: tuple[float, float] = (0.0, 0.0),
+    rest: Array = NO_REST,
     limit: float,
     channels: tuple[str, ...] = ("x", "y"),
 ) -> Mapping[str, Array]:
     """One parameter set through one excitation; ``limit`` is the longest micro-step [s]."""
     stage, time, rows = ReferenceStage(layout, vector, fidelity, dc), excitation.time, []
-    stage.begin(float(time[0]), excitation.start(), deflection)
+    stage.begin(float(time[0]), excitation.start(), rest)
     for n in range(len(time)):
         _drive(stage, excitation, n)
         rows.append(stage.outputs())

@@ -15,7 +15,7 @@ from corexy_fmi.effects.api import Effect
 from corexy_fmi.kernel.call import LANES, Array, Excitation, has_kernel, run_lanes
 from corexy_fmi.kernel.generate import STEP_CALM, STEP_LONGEST, STEP_RESOLUTION
 from corexy_fmi.kernel.layout import FREE_FORM_LOCATIONS, FREE_FORM_SIZE, Layout, bundled_layout
-from corexy_fmi.kernel.reference import ReferenceStage, run_reference
+from corexy_fmi.kernel.reference import NO_REST, ReferenceStage, run_reference
 from corexy_fmi.kernel.trace import argument_names
 from corexy_fmi.parameters import NOMINAL
 
@@ -29,7 +29,7 @@ def run_slowly(
     *,
     fidelity: str,
     dc: bool,
-    deflection: Array,
+    rest: Array,
     channels: tuple[str, ...],
     limit: float,
 ) -> Array:
@@ -43,19 +43,19 @@ def run_slowly(
             _bundled(layout, parameters[fast]),
             fidelity=fidelity,
             dc=dc,
-            deflection=deflection[fast],
+            rest=rest[fast],
             channels=channels,
             limit=limit,
         )
-    rest = np.flatnonzero(~fast)
-    if not limit and len(rest):
-        limit = min(slow_step_limit(layout, parameters[n], fidelity, dc) for n in rest)
-    for n in rest:
+    slow = np.flatnonzero(~fast)
+    if not limit and len(slow):
+        limit = min(slow_step_limit(layout, parameters[n], fidelity, dc) for n in slow)
+    for n in slow:
         try:
             with np.errstate(all="ignore"):
                 found = run_reference(
                     layout, excitation, parameters[n], fidelity=fidelity, dc=dc,
-                    deflection=(float(deflection[n, 0]), float(deflection[n, 1])),
+                    rest=rest[n],
                     limit=limit, channels=channels,
                 )  # fmt: skip
             out[n] = [found[c] for c in channels]
@@ -96,7 +96,7 @@ def slow_step_limit(layout: Layout, vector: Array, fidelity: str, dc: bool) -> f
     stage = ReferenceStage(layout, vector, fidelity, dc)
     if not stage.stage.dynamic:
         return 1.0
-    stage.begin(0.0, (0.0, 0.0), (0.0, 0.0))
+    stage.begin(0.0, (0.0, 0.0), NO_REST)
     stiffness, belt_time = _stiffest(stage)
     free = np.array([True, True, *stage.released, *[True] * (len(stage.a["q"]) - 4)])
     mass, rate = stage.a["mass"][free], (stage.a["damping0"] / stage.a["mass"])
