@@ -1,12 +1,12 @@
 """Known changes hidden in real recordings: does the program find them, and only them?
 
-    python -m benchmarks.hidden [--minutes N] [--only NAME] [--render]
+    python -m benchmarks.hidden [--minutes N] [--only NAME] [--round N] [--render]
 
 For each recording: what is named on it untouched is the baseline.  Then each edit is drawn, sealed
 by hash, hidden in it, diagnosed, and the seal opened.  Success is the baseline with the hidden
 effect; a sham (noise only) that changes the set is a false alarm.  Cases done stay in
-benchmarks/results/hidden.jsonl, so that a run can be cut short and gone on with.  The recordings
-lie beside the checkout (../shared/data).
+benchmarks/results/hidden.jsonl, so that a run can be cut short and gone on with; a later engine
+begins another round.  The recordings lie beside the checkout (../shared/data).
 """
 
 from __future__ import annotations
@@ -90,21 +90,21 @@ def seal(truth: dict[str, Any]) -> tuple[str, bytes]:
     return hashlib.sha256(sealed).hexdigest(), sealed
 
 
-def run(host: Host, edit: str) -> dict[str, Any]:
+def run(host: Host, edit: str, turn: int) -> dict[str, Any]:
     """Hide, seal, diagnose, open."""
     recording, truth, mark, sealed = host.read(), {}, "", b""
     if edit != UNTOUCHED:
         seed = seed_of(ORIGIN, f"{host.name}:{edit}")
         truth = truth_of(EDITS[edit], seed, host.spans.get(edit))
         mark, sealed = seal(truth)
-        _append({"host": host.name, "edit": edit, "seal": mark})
+        _append({"host": host.name, "edit": edit, "round": turn, "seal": mark})
         recording = hidden(recording, truth)
     begun = time.monotonic()
     document = diagnose([recording], [], host.machine(), jobs=1).document
     opened = json.loads(sealed[32:]) if sealed else {}
     assert hashlib.sha256(sealed).hexdigest() == mark or not sealed
     seconds = time.monotonic() - begun
-    return {"host": host.name, "edit": edit, "seal": mark, "truth": opened,
+    return {"host": host.name, "edit": edit, "round": turn, "seal": mark, "truth": opened,
             "told": told(document), "seconds": seconds, "commit": commit()}  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def stored() -> list[dict[str, Any]]:
     if not STORE.is_file():
         return []
     entries = [json.loads(line) for line in STORE.read_text(encoding="utf-8").splitlines()]
-    return [entry for entry in entries if "told" in entry]
+    return [{"round": 1} | entry for entry in entries if "told" in entry]
 
 
 def main() -> None:
@@ -127,8 +127,11 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
     parser.add_argument("--only", default="", help="only this recording")
     parser.add_argument("--render", action="store_true", help="the page from the stored cases")
+    parser.add_argument("--round", type=int, help="of all cases; default: the newest")
     given = parser.parse_args()
-    begun, done = time.monotonic(), {(e["host"], e["edit"]) for e in stored()}
+    turn = given.round or max((e["round"] for e in stored()), default=1)
+    begun = time.monotonic()
+    done = {(e["host"], e["edit"]) for e in stored() if e["round"] == turn}
     for host in () if given.render else HOSTS:
         for edit in (UNTOUCHED, *host.edits):
             late = time.monotonic() - begun > 60 * given.minutes
@@ -136,7 +139,7 @@ def main() -> None:
                 continue
             if not (voron.DATA.is_dir() and emps.DATA.is_dir()):
                 sys.exit(f"{voron.DATA.parent}: no recordings of voron_ringdown and emps there")
-            _append(entry := run(host, edit))
+            _append(entry := run(host, edit, turn))
             print(host.name, edit, entry["told"]["verdict"], f"{entry['seconds']:.0f} s")
     PAGE.write_text(rendered(stored()), encoding="utf-8")
     print(PAGE.relative_to(ROOT))

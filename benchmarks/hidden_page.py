@@ -12,13 +12,23 @@ Pair = tuple[str, str]
 AFTER = """\
 ## What to learn from it
 
-- Where late samples of `emps pulses` are called torque_ripple: with angles in metres a ripple of
-  order 1 has a wave of 6.3 m, and the axis travels 0.25 m. It multiplies the motor's force by 0.107
-  all along, which the gain in the machine file, held fixed, may not; so slow a loop lags like a
-  late sensor. Data kept back cannot tell, for they repeat the motion.
+- The first engine called late samples of `emps pulses` a torque_ripple of order 1: with angles in
+  metres its wave is 6.3 m, and the axis travels 0.25 m. It multiplied the motor's force by 0.107
+  all along, which the gain in the machine file, held fixed, may not; so slow a loop lags like a late
+  sensor, and data kept back cannot tell, for they repeat the motion. Less than one wave is no
+  candidate since.
 - A change of the printer's accelerations may pass for coloured noise: in motion that is assumed
   three times as large as it is at rest.
 """
+WORDS = """\
+`hit`: the baseline with the hidden effect alone. `seen`: the hidden effect is named, and the set
+beside it is not the baseline's. `missed`: it is not named. `wrong`: another effect is named with
+confidence. `open`: the set or verdict changed, without confidence. `same class`: another member of
+the baseline's ambiguous sets came first. Seals: `benchmarks/results/hidden.jsonl`."""
+EARLIER = """\
+## Earlier engines
+
+The same cases, as engines before said it; some of what was mended since was found on them."""
 HEAD = """\
 # Known changes hidden in real recordings
 
@@ -131,23 +141,21 @@ def counts(cases: Sequence[Mapping[str, Any]]) -> str:
     return ", ".join(f"{name} {count}" for name, count in sorted(tally.items()))
 
 
-def rendered(cases: Sequence[Mapping[str, Any]]) -> str:
-    """The page."""
+def _measured(cases: Sequence[Mapping[str, Any]]) -> str:
+    """A table and where it is from."""
     head = ["recording", "edit", "hidden", "verdict", "set (nearest where unexplained)", "found",
             "outcome", "s"]  # fmt: skip
     commits = ", ".join(dict.fromkeys(case["commit"][:12] for case in cases))
-    return "\n\n".join(
-        [
-            HEAD.rstrip(),
-            f"Measured by `python -m benchmarks.hidden` at commit {commits}; sizes in s, "
-            "rad, 1, Hz.",
-            table(head, rows(cases)),
-            f"Outcomes: {counts(cases)}.",
-            "`hit`: the baseline with the hidden effect alone. `seen`: the hidden effect is named, "
-            "and the set beside it is not the baseline's. `missed`: it is not named. `wrong`: "
-            "another effect is named with confidence. `open`: the set or verdict changed, without "
-            "confidence. `same class`: another member of the baseline's ambiguous sets came first. "
-            "Seals: `benchmarks/results/hidden.jsonl`.",
-            AFTER,
-        ]
+    command = f"python -m benchmarks.hidden --round {cases[0]['round']}"
+    return (
+        f"Measured by `{command}` at commit {commits}; "
+        f"sizes in s, rad, 1, Hz.\n\n{table(head, rows(cases))}\n\nOutcomes: {counts(cases)}."
     )
+
+
+def rendered(cases: Sequence[Mapping[str, Any]]) -> str:
+    """The page: the newest round first, those of earlier engines below."""
+    turns = sorted({case["round"] for case in cases}, reverse=True)
+    now, *before = ([case for case in cases if case["round"] == turn] for turn in turns)
+    earlier = [EARLIER, *map(_measured, before)] if before else []
+    return "\n\n".join([HEAD.rstrip(), _measured(now), WORDS, AFTER.rstrip(), *earlier]) + "\n"
