@@ -14,8 +14,8 @@ AFTER = """\
 
 - The first engine called late samples of `emps pulses` a torque_ripple of order 1: with angles in
   metres its wave is 6.3 m, and the axis travels 0.25 m. It multiplied the motor's force by 0.107
-  all along, which the gain in the machine file, held fixed, may not; so slow a loop lags like a late
-  sensor, and data kept back cannot tell, for they repeat the motion. Less than one wave is no
+  all along, which the gain in the machine file, held fixed, may not; so slow a loop lags like a
+  late sensor, and data kept back cannot tell, for they repeat the motion. Less than one wave is no
   candidate since.
 - A change of the printer's accelerations may pass for coloured noise: in motion that is assumed
   three times as large as it is at rest.
