@@ -10,6 +10,7 @@ import argparse
 import json
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.score import score
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import Diagnosis, diagnose
+from corexy_fmi.machine import Machine
+from corexy_fmi.recording import Recording
 
 RESULTS = Path("benchmarks/results")
 OUT = {"ten": "proof.jsonl", "full": "full.jsonl"}
@@ -34,7 +37,7 @@ def commit() -> str:
     return done.stdout.strip() or "unknown"
 
 
-def _append(path: Path, entry: dict[str, Any]) -> None:
+def append(path: Path, entry: dict[str, Any]) -> None:
     with path.open("a", encoding="utf-8") as file:
         file.write(json.dumps(entry, sort_keys=True) + "\n")
 
@@ -77,22 +80,25 @@ def struck(case: Any, found: Diagnosis) -> dict[str, Any]:
     }
 
 
-def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dict[str, Any]:
-    """Draw, seal, diagnose, open, score."""
-    seed = seed_of(origin, name)
+Case = tuple[str, dict[str, Any]]  # name, what is wanted of the plant
+Given = tuple[list[Recording], list[Recording], Machine]
+
+
+def run_sealed(
+    name: str, seed: int, wanted: dict[str, Any], without: frozenset[str], seals: Path
+) -> tuple[dict[str, Any], Any, Given]:
+    """Draw, seal, diagnose, open, score: what is kept, the case, and what the engine was given."""
     begun = time.monotonic()
     case = plant.draw(seed, **wanted)
     seal, _ = plant.seal(case)
-    _append(seals, {"name": name, "seed": seed, "seal": seal})
+    append(seals, {"name": name, "seed": seed, "seal": seal})
     drawn = time.monotonic()
-    train, holdout, machine = load(case)
-    drawn_from = CATALOGUES[wanted.get("catalogue", "ten")]
-    unknown = frozenset(catalogue()) - set(drawn_from)  # what this draw of the plant lacks
-    found = diagnose(train, holdout, machine, jobs=1, without=unknown)
+    given = load(case)
+    found = diagnose(*given, jobs=1, without=without)
     seconds = {
         "draw": drawn - begun,
         "diagnose": time.monotonic() - drawn,
-        "recorded": float(sum(r.time[-1] - r.time[0] for r in train)),
+        "recorded": float(sum(r.time[-1] - r.time[0] for r in given[0])),
     }
     entry = {
         "name": name,
@@ -105,11 +111,29 @@ def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dic
         "document": kept_of(found),
         "commit": commit(),
     }
+    return entry, case, given
+
+
+def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dict[str, Any]:
+    """One published case; every fourth of an effect once more with its true entry struck."""
+    drawn_from = CATALOGUES[wanted.get("catalogue", "ten")]
+    unknown = frozenset(catalogue()) - set(drawn_from)  # what this draw of the plant lacks
+    entry, case, given = run_sealed(name, seed_of(origin, name), wanted, unknown, seals)
     if strikes(name):
         without = unknown | {e["name"] for e in case.truth["effects"]}
-        deleted = diagnose(train, holdout, machine, jobs=1, without=without)
-        entry["struck"] = struck(case, deleted)
+        entry["struck"] = struck(case, diagnose(*given, jobs=1, without=without))
     return entry
+
+
+def waiting(
+    cases: list[Case], shard: str, out: Path, counts: Callable[[dict[str, Any]], bool]
+) -> tuple[list[Case], Path]:
+    """A shard's cases that its file lacks, and that file; ``counts``: is an entry of this run?"""
+    index, shards = map(int, shard.split("/"))
+    out = out.with_suffix(f".{index}.jsonl") if shards > 1 else out
+    out.parent.mkdir(parents=True, exist_ok=True)
+    done = {entry["name"] for entry in read(out) if counts(entry)}
+    return [case for case in cases[index::shards] if case[0] not in done], out
 
 
 def main() -> None:
@@ -131,18 +155,19 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="default: results/proof.jsonl, full.jsonl of all")
     arguments = parser.parse_args()
     arguments.out = arguments.out or RESULTS / OUT[arguments.catalogue]
-    index, shards = map(int, arguments.shard.split("/"))
-    out = arguments.out.with_suffix(f".{index}.jsonl") if shards > 1 else arguments.out
-    out.parent.mkdir(parents=True, exist_ok=True)
-    done = {e["name"] for e in read(out) if e.get("origin") == arguments.origin}
     counts = (arguments.effects, arguments.nulls, arguments.others)
-    cases = published(*counts, arguments.catalogue)[index::shards]
+    cases, out = waiting(
+        published(*counts, arguments.catalogue),
+        arguments.shard,
+        arguments.out,
+        lambda entry: entry.get("origin") == arguments.origin,
+    )
     begun = time.monotonic()
-    for name, wanted in track([c for c in cases if c[0] not in done], description="blind cases"):
+    for name, wanted in track(cases, description="blind cases"):
         if time.monotonic() - begun > 60 * arguments.minutes:
             break
         entry = run_case(name, wanted, arguments.origin, out.with_suffix(".seals.jsonl"))
-        _append(out, entry | {"origin": arguments.origin})
+        append(out, entry | {"origin": arguments.origin})
 
 
 if __name__ == "__main__":

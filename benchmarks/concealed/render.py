@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.concealed.calibration import rate, section
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.score import NEAR_TWIN
+from benchmarks.concealed.seeds import section as seeds
 from benchmarks.mechanism.page import section as mechanisms
 
 Entry = dict[str, Any]
@@ -217,6 +218,7 @@ def page(entries: list[Entry], command: str) -> str:
         "",
         *by(entries, "setting"),
         "",
+        *seeds(),
         *mechanisms(),
         "## Speed",
         "",

@@ -1,0 +1,74 @@
+"""The score of `make blind` over its seeds: drawn and diagnosed as there, without the controls.
+
+``python -m benchmarks.concealed.seeds [--shard i/n] [--minutes M]`` goes on where it stopped.
+The plant draws one of ten effects, a pair, nothing or a cause outside its catalogue; all the
+package's effects compete.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from rich.progress import track
+
+from benchmarks.concealed.calibration import rate
+from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waiting
+from benchmarks.concealed.score import fulfilled
+
+SEEDS = 200
+STORE = RESULTS / "seeds.jsonl"
+
+
+def stored() -> list[dict[str, Any]]:
+    """Outcomes of all shards."""
+    files = sorted(p for p in RESULTS.glob("seeds*.jsonl") if "seals" not in p.name)
+    return [entry for path in files for entry in read(path)]
+
+
+def section() -> list[str]:
+    """Lines of RESULTS.md."""
+    entries = stored()
+    if not entries:
+        return []
+    commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
+    said = Counter(f"{e['truth']['kind']} {e['outcome']}" for e in entries)
+    met = sum(fulfilled(e["outcome"], e["truth"]) for e in entries)
+    confident = sum(e["outcome"] in ("wrong", "false_alarm") for e in entries)
+    return [
+        "## Seeds of `make blind`",
+        "",
+        f"`python -m benchmarks.concealed.seeds` at commit {commits}, seeds 0 to {SEEDS - 1}, "
+        f"{len(entries)} run so far; all 35 effects compete.",
+        "",
+        f"As asked (right, or a class with the truth where a twin is near): "
+        f"{rate(met, len(entries))}; wrong and confident, or a false alarm: "
+        f"{rate(confident, len(entries))}.",
+        "",
+        "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
+        "",
+    ]
+
+
+def main() -> None:
+    """Run the seeds that are not there yet."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--shard", default="0/1", help="i/n: every n-th seed, from i")
+    parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
+    parser.add_argument("--out", type=Path, default=STORE)
+    given, begun = parser.parse_args(), time.monotonic()
+    every = [(f"seed-{n}", {"catalogue": "ten"}) for n in range(SEEDS)]
+    cases, out = waiting(every, given.shard, given.out, lambda entry: True)
+    for name, wanted in track(cases, description="blind seeds"):
+        if time.monotonic() - begun > 60 * given.minutes:
+            break
+        seed, seals = int(name.rpartition("-")[2]), out.with_suffix(".seals.jsonl")
+        entry, _, _ = run_sealed(name, seed, wanted, frozenset(), seals)
+        append(out, entry)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,46 @@
+"""The score of `make blind` over its seeds, and which cases a shard still has to run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from benchmarks.concealed import seeds
+from benchmarks.concealed.proof import waiting
+
+
+def test_a_shard_goes_on_where_its_file_ends(tmp_path: Path) -> None:
+    """Every second case from the second; a cut line and another run's entries do not count."""
+    cases = [(f"seed-{n}", {}) for n in range(7)]
+    kept = [{"name": "seed-1", "origin": "this"}, {"name": "seed-3", "origin": "another"}]
+    lines = [*map(json.dumps, kept), '{"name": "seed-5", "ori']
+    (tmp_path / "out.1.jsonl").write_text("\n".join(lines), encoding="utf-8")
+    left, out = waiting(cases, "1/2", tmp_path / "out.jsonl", lambda e: e["origin"] == "this")
+    assert out.name == "out.1.jsonl"
+    assert [name for name, _ in left] == ["seed-3", "seed-5"]
+    alone, out = waiting(cases, "0/1", tmp_path / "out.jsonl", lambda e: True)
+    assert (len(alone), out.name) == (7, "out.jsonl")
+
+
+def test_the_score_counts_classes_of_near_twins_alone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Right, a class beside a near twin, a class without one, and a false alarm: two of four."""
+    said = (("right", 500.0), ("class", 50.0), ("class", 500.0), ("false_alarm", None))
+    lines = [
+        {"name": f"seed-{n}", "outcome": outcome, "commit": "abc",
+         "truth": {"kind": "effect" if twin else "null", "E_sep": twin}}
+        for n, (outcome, twin) in enumerate(said)
+    ]  # fmt: skip
+    text = "".join(json.dumps(line) + "\n" for line in lines)
+    (tmp_path / "seeds.0.jsonl").write_text(text, encoding="utf-8")
+    (tmp_path / "seeds.0.seals.jsonl").write_text("{}\n", encoding="utf-8")
+    monkeypatch.setattr(seeds, "RESULTS", tmp_path)
+    page = "\n".join(seeds.section())
+    assert "2/4 = 50.0 %" in page
+    assert "1/4 = 25.0 %" in page
+    assert "effect class 2; effect right 1; null false_alarm 1." in page
+    (tmp_path / "seeds.0.jsonl").unlink()
+    assert seeds.section() == []
