@@ -136,4 +136,6 @@ def test_every_stored_case_was_sealed_before_and_drawn_by_its_seed():
 
 def test_the_page_shows_the_stored_cases():
     assert hidden.PAGE.read_text(encoding="utf-8") == rendered(hidden.stored())
-    assert len(rows(hidden.stored())) == len(hidden.stored())
+    for turn in {case["round"] for case in hidden.stored()}:
+        cases = [case for case in hidden.stored() if case["round"] == turn]
+        assert len(rows(cases)) == len(cases)

@@ -30,6 +30,7 @@ from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.repeats import as_rows, repeating
 from corexy_fmi.engine.rest import restless
+from corexy_fmi.engine.restart import begun, best
 from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import Mapper
@@ -89,7 +90,7 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...]) -> Fit:
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
-    first = minimise(problem, clock.start(problem), 15)
+    first = minimise(problem, best(begun(problem, clock.start(problem))).u, 15)
     cleaned = replace(problem, runs=without_spikes(first))
     return settle(minimise(_quick(cleaned, first.u), first.u))
 

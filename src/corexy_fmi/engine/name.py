@@ -14,6 +14,7 @@ import numpy as np
 from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, minimise, settle
 from corexy_fmi.engine.pulses import pulse_fits
+from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.search import (
     CLOSE,
     FINALISTS,
@@ -156,9 +157,10 @@ def _shaken(fit: Fit, mapper: Mapper) -> Fit:
     }
     moved = [k for k, key in enumerate(fit.problem.keys) if key in shapes]
     starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
+    starts += [best(begun(fit.problem, fit.u, LEADER)).u]
     again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
-    best = min([fit, *again], key=lambda f: f.cost)
-    return settle(best) if best.cost < fit.cost - BETTER else fit
+    found = best([fit, *again])
+    return settle(found) if found.cost < fit.cost - BETTER else fit
 
 
 def _leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:

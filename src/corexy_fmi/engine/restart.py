@@ -1,0 +1,100 @@
+"""Fits begun from many places: what rings has a minimum for every frequency, a beat apart.
+
+A nominal parameter off by a tenth moves a mode's frequency by some percent; where the recording
+holds more than a few of its swings, a fit that begins there ends in the wrong minimum.  Friction
+that lets go and catches does the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+from corexy_fmi.engine.fit import Fit, costs, minimise
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.kernel.call import Array
+
+TRIED = 3  # mixtures that are fitted
+SHORT = 3  # iterations of a short fit
+TOGETHER = 32  # sets that run at once: what bounds the memory
+EVEN = float(np.sqrt(3))  # half width of an even spread of standard deviation 1
+FACTOR = 1.0  # log of the factor by which an effect's parameters go either way
+SEED = 2018  # of the scrambled sequence
+
+
+@dataclass(frozen=True)
+class Breadth:
+    """How many starts are looked at (a power of two), how many of them, the best by the whole
+    residual and by each channel's, are fitted, and how many mixtures of those are looked at.
+    """
+
+    places: int
+    each: int
+    children: int
+
+
+NOMINAL, LEADER = Breadth(256, 6, 64), Breadth(64, 2, 32)
+
+
+def _spread(problem: Problem, around: Array) -> Array:
+    """How far each unknown goes either way, (size,): nominal ones by their priors."""
+    width = np.zeros(problem.size)
+    for k, unknown in enumerate(problem.unknowns):
+        if k < problem.nominal_count:
+            width[k] = EVEN * unknown.prior_std if unknown.prior_std < 1.0 else 0.0
+        elif unknown.log and not unknown.wave:
+            width[k] = FACTOR
+        elif unknown.bounds[0] >= 0:
+            width[k] = abs(around[k]) * (1 - np.exp(-FACTOR))
+    return width
+
+
+def scattered(problem: Problem, around: Array, places: int) -> Array:
+    """Starts (places, size) around one, which is the first; nuisances and phases stay."""
+    width = _spread(problem, around)
+    moved = np.flatnonzero(width)
+    starts = np.repeat(around[None], places, axis=0)
+    if len(moved):
+        draws = 2 * qmc.Sobol(len(moved), seed=SEED).random(places) - 1
+        starts[1:, moved] += width[moved] * draws[1:]
+    return np.clip(starts, *problem.limits())
+
+
+def mixed(fits: list[Fit], count: int) -> Array:
+    """Children (count, size) of pairs of fits, each unknown from either: axes end apart."""
+    random, ends = np.random.default_rng(SEED), np.array([fit.u for fit in fits])
+    pairs = random.integers(len(ends), size=(count, 2))
+    from_first = random.random((count, ends.shape[1])) < 0.5
+    return np.where(from_first, ends[pairs[:, 0]], ends[pairs[:, 1]])
+
+
+def _parts(problem: Problem, starts: Array) -> Array:
+    """Costs (1 + channels, sets): all of the residual, and each channel's part over all runs."""
+    names = [s.channel for run in problem.runs for s in run.samples]
+    ends = np.cumsum([len(s.index) for run in problem.runs for s in run.samples])
+    found = []
+    for part in np.split(starts, range(TOGETHER, len(starts), TOGETHER)):
+        residual = problem.residual(part)
+        pieces = np.split(residual[:, : ends[-1]], ends[:-1], axis=1)
+        rows = [np.hstack([p for p, n in zip(pieces, names, strict=True) if n == one])
+                for one in sorted(set(names))]  # fmt: skip
+        found.append([costs(residual), *map(costs, rows)])
+    return np.concatenate(found, axis=1)
+
+
+def begun(problem: Problem, around: Array, breadth: Breadth = NOMINAL) -> list[Fit]:
+    """Short fits: from ``around`` first, from the best of scattered starts, from their mixtures."""
+    starts = scattered(problem, around, breadth.places)
+    orders = np.argsort(_parts(problem, starts), axis=1, kind="stable")[:, : breadth.each]
+    chosen = dict.fromkeys([0, *orders.ravel().tolist()])
+    fits = [minimise(problem, starts[n], SHORT) for n in chosen]
+    children = mixed(fits, breadth.children)
+    order = np.argsort(_parts(problem, children)[0], kind="stable")[:TRIED]
+    return fits + [minimise(problem, children[n], SHORT) for n in order]
+
+
+def best(fits: list[Fit]) -> Fit:
+    """The fit of least cost; of equal ones the first."""
+    return min(fits, key=lambda fit: fit.cost)
