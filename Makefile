@@ -3,12 +3,15 @@ PYTHON := .venv/bin/python
 SEED ?= 0
 
 FIRMWARE := stepper
+# two workers, a file at a time, in the order of tests/conftest.py
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: help bootstrap demo test lint unit proof blind real bench firmware flash hil
+.PHONY: help bootstrap demo test lint unit coverage proof blind real bench firmware flash hil
 
 help:
 	@echo "make demo          the main job on bundled recordings; results in out/demo"
-	@echo "make test          style, types, imports, tests with coverage"
+	@echo "make test          style, types, imports, tests"
+	@echo "make coverage      the tests again, and the lines that they leave out"
 	@echo "make blind SEED=n  one concealed case: drawn, sealed, diagnosed, opened"
 	@echo "make proof         the long studies"
 	@echo "make real          a public benchmark, fetched and diagnosed; results in out/real"
@@ -32,7 +35,10 @@ lint: bootstrap
 	@echo "import-linter"; .venv/bin/lint-imports --no-cache
 
 unit: bootstrap
-	@$(PYTHON) -m pytest -n 2 --dist loadfile --cov=src --cov-report=term:skip-covered --junitxml=out/tests.xml
+	@$(PYTHON) -m pytest $(TWO) --junitxml=out/tests.xml
+
+coverage: bootstrap
+	@$(PYTHON) -m pytest $(TWO) --cov=src --cov-report=term:skip-covered
 
 blind: bootstrap
 	@$(PYTHON) -m benchmarks.concealed.blind --seed $(SEED)

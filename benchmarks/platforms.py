@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from benchmarks.fmu_inputs import angles
 from corexy_fmi.fmu.build import build_fmu
-from corexy_fmi.fmu.platforms import zig_compiler
+from corexy_fmi.fmu.platforms import SMALL, zig_compiler
 from corexy_fmi.kernel.compiler import native_sources, run_compiler
 from corexy_fmi.machine import load_machine
 from corexy_fmi.rectangle import Rectangle
@@ -82,7 +82,8 @@ def compile_host(runner: Runner, place: Path) -> Path:
     macros = [f"-D{key}={','.join(str(known[n]) for n in names)}" for key, names in lists]
     host = place / f"host-{runner.target}.exe"
     include = f"-I{native_sources() / 'fmi2'}"
-    flags = ["-target", runner.target, "-std=c99", "-O1", include, *macros]
+    like_the_library = ["-std=c99", "-O3", *SMALL]  # else zig compiles another C runtime, a minute
+    flags = ["-target", runner.target, *like_the_library, include, *macros]
     run_compiler([*zig_compiler(), *flags, str(HOST), "-o", str(host)], place)
     return host
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from corexy_fmi.corners import Corner
 from corexy_fmi.errors import InputError
@@ -16,6 +15,9 @@ from corexy_fmi.files import write_beside
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 from corexy_fmi.rectangle import Rectangle
+
+if TYPE_CHECKING:  # matplotlib takes a quarter of a second, and most commands draw nothing
+    from matplotlib.axes import Axes
 
 IDEAL, SIMULATED = "#888888", "#1f5fbf"
 MILLI = 1e3  # [mm/m]
@@ -28,6 +30,8 @@ def draw_rectangle(
 
     The ending of ``path`` chooses the format; raises InputError for an unknown one.
     """
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 5), layout="constrained")
     check_format(path)
     whole, near = figure.subplots(1, 2)
@@ -45,6 +49,8 @@ def draw_rectangle(
 
 def check_format(path: Path) -> None:
     """Raises InputError where the ending names no format of a figure."""
+    from matplotlib.figure import Figure
+
     known = Figure().canvas.get_supported_filetypes()
     if path.suffix.lstrip(".").lower() not in known:
         raise InputError(f"{path}: unknown ending {path.suffix!r}, expected .png, .svg or .pdf")

@@ -1,13 +1,21 @@
-"""Running the command as an outsider does: another process, another folder."""
+"""Running the command as an outsider does: in an empty folder, by its words alone.
+
+A process for each call would cost more than most commands do.  So each command runs in one of its
+own at least once (`corexy_process`), and its other cases in the test's (`corexy`).
+"""
 
 from __future__ import annotations
 
+import io
+import signal
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
 
+from corexy_fmi.cli import main
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.recording import Recording, write_recording
@@ -15,7 +23,29 @@ from corexy_fmi.rectangle import Rectangle
 
 
 @pytest.fixture
-def corexy(tmp_path):
+def corexy(tmp_path, monkeypatch):
+    """Runs the command with the given words in an empty folder, in this process.
+
+    What it would end as a traceback is an exception here; warnings are errors here as there.
+    """
+    monkeypatch.chdir(tmp_path)
+    on_terminate = signal.getsignal(signal.SIGTERM)
+
+    def run(*words: object) -> subprocess.CompletedProcess[str]:
+        monkeypatch.setattr(sys, "argv", ["corexy", *map(str, words)])
+        said, complained = io.StringIO(), io.StringIO()
+        with redirect_stdout(said), redirect_stderr(complained), pytest.raises(SystemExit) as left:
+            main()
+        return subprocess.CompletedProcess(
+            words, left.value.code, said.getvalue(), complained.getvalue()
+        )
+
+    yield run
+    signal.signal(signal.SIGTERM, on_terminate)
+
+
+@pytest.fixture
+def corexy_process(tmp_path):
     """Runs ``python -m corexy_fmi`` with the given words in an empty folder."""
 
     def run(*words: object, timeout: float = 120) -> subprocess.CompletedProcess[str]:

@@ -118,6 +118,12 @@ def test_bad_input(corexy, tmp_path, words, said):
     assert {path.name for path in tmp_path.iterdir()} == set(FILES)
 
 
+@pytest.mark.parametrize("case", ["missing option", "cell no number", "pulses of nothing"])
+def test_bad_input_of_a_process(corexy_process, tmp_path, case):
+    """The process itself: its status, its two streams, its folder."""
+    test_bad_input(corexy_process, tmp_path, *BAD[case])
+
+
 def test_holdout_takes_every_file_up_to_the_next_option():
     words = ["a.csv", "--holdout", "h1.csv", "h2.csv", "--jobs", "2", "--holdout=h3.csv", "h4.csv"]
     assert expand_holdouts(words) == [
@@ -130,12 +136,14 @@ def test_holdout_takes_every_file_up_to_the_next_option():
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupt_ends_cleanly(tmp_path, number, status):
     words = ("rectangle", *SMALL, "--loops", "8000", "--plant", "model", "--out", "o.csv")
+    code = "from corexy_fmi.cli import main; print('imported', flush=True); main()"
     process = subprocess.Popen(
-        [sys.executable, "-m", "corexy_fmi", *words],
+        [sys.executable, "-c", code, *words],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell may ignore it
     )  # fmt: skip
-    time.sleep(6.0)
+    assert process.stdout.readline() == "imported\n"
+    time.sleep(1.5)
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     assert process.returncode == status

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ COMMANDS = (
     "sweep", "machine new", "import resonance", "import motan", "import csv", "import mat",
 )  # fmt: skip
 PLANTS = ("model", "fmu")
+HEAVY = {"fmpy", "matplotlib", "pyarrow", "scipy", "sympy"}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -27,15 +30,24 @@ def test_help_has_an_example(corexy, name):
     assert f"corexy {name}" in done.stdout.partition("Examples")[2]
 
 
-def test_the_command_is_installed_and_helps_without_words(corexy):
-    done = corexy()
+def test_the_command_is_installed_and_helps_without_words(corexy_process):
+    done = corexy_process()
     assert "rectangle" in done.stdout + done.stderr
-    assert corexy("--help").returncode == 0
+    assert corexy_process("--help").returncode == 0
+
+
+def test_help_imports_nothing_heavy():
+    """What only some commands need would cost every command more than a second."""
+    done = subprocess.run(
+        [sys.executable, "-c", f"import corexy_fmi.cli, sys; print({HEAVY} & set(sys.modules))"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout == "set()\n"
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-def test_rectangle(corexy, tmp_path, plant):
-    done = corexy("rectangle", *SMALL, "--loops", 2, "--plant", plant, "--out", "run.csv")
+def test_rectangle(corexy_process, tmp_path, plant):
+    done = corexy_process("rectangle", *SMALL, "--loops", 2, "--plant", plant, "--out", "run.csv")
     assert (done.returncode, done.stderr) == (0, "")
     assert "surrogate" in done.stdout
     assert len(re.findall(r"x->y|y->x", done.stdout)) == 7
@@ -82,8 +94,8 @@ def test_rectangle_with_acceleration_plot_and_plain_file(corexy, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"run.csv", "run.png"}
 
 
-def test_simulate_replays_a_recording(corexy, tmp_path, measured):
-    done = corexy("simulate", measured, "--out", "response.csv")
+def test_simulate_replays_a_recording(corexy_process, tmp_path, measured):
+    done = corexy_process("simulate", measured, "--out", "response.csv")
     assert (done.returncode, done.stderr) == (0, "")
     assert "surrogate" in done.stdout
     given, response = read_recording(measured), read_recording(tmp_path / "response.csv")
@@ -117,25 +129,25 @@ def test_effects_are_told_in_full(corexy):
     assert one == next(row for row in rows if row["name"] == "racking")
 
 
-def test_one_effect_on_the_screen(corexy):
-    shown = corexy("effects", "backlash").stdout
+def test_one_effect_on_the_screen(corexy_process):
+    shown = corexy_process("effects", "backlash").stdout
     for word in ("equation", "gap", "rad", "motor1", "stepper, dc", "citation", "remedy", "check"):
         assert word in shown
 
 
 @pytest.mark.parametrize("flavour", ["native", "python"])
-def test_build(corexy, tmp_path, flavour):
-    done = corexy("build", "--flavour", flavour, "--out", "built", timeout=300)
+def test_build(corexy_process, tmp_path, flavour):
+    done = corexy_process("build", "--flavour", flavour, "--out", "built", timeout=300)
     assert (done.returncode, done.stderr) == (0, "")
     (fmu,) = (tmp_path / "built").glob("*.fmu")
     assert str(Path("built") / fmu.name) in done.stdout
     assert fmu.name == ("CoreXY.fmu" if flavour == "native" else "CoreXYPython.fmu")
 
 
-def test_import_klipper(corexy, tmp_path):
+def test_import_klipper(corexy_process, tmp_path):
     rows = "\n".join(f"{5 + i / 3200:.6f},9810.0,1.0,-2.0" for i in range(2000))
     (tmp_path / "raw.csv").write_text(f"#time,accel_x,accel_y,accel_z\n{rows}\n")
-    done = corexy(
+    done = corexy_process(
         "import", "klipper", "raw.csv", "--move", "0.100,0.125:0.110,0.125",
         "--centre", "0.125,0.125", "--speed", "0.1", "--accel", "6", "--start-offset", "-0.0008",
         "--axes", "-z,+y", "--machine", "gt2_printer", "--out", "imported.csv",
@@ -146,8 +158,8 @@ def test_import_klipper(corexy, tmp_path):
     assert recording["phi1"][0] == pytest.approx(-0.025 / 6.366e-3)
 
 
-def test_reproduce_writes_what_it_shows(corexy, tmp_path):
-    done = corexy("reproduce", "claims", "--sets", 8, "--out", "again")
+def test_reproduce_writes_what_it_shows(corexy, corexy_process, tmp_path):
+    done = corexy_process("reproduce", "claims", "--sets", 8, "--out", "again")
     assert done.returncode == 0
     assert "surrogate" in done.stdout
     names = {path.name for path in (tmp_path / "again").iterdir()}

@@ -60,9 +60,9 @@ def test_machine_and_fmu_can_be_used(diagnosed):
     assert fmpy.read_model_description(folder / "CoreXY.fmu").fmiVersion == "2.0"
 
 
-def test_jobs_and_repetition_change_nothing(diagnosed, corexy, measured, tmp_path):
+def test_jobs_and_repetition_change_nothing(diagnosed, corexy, measured):
     folder, _ = diagnosed
-    done = corexy("diagnose", measured, "--jobs", 1, "--json", "--out", "again", timeout=PATIENCE)
+    done = corexy("diagnose", measured, "--jobs", 1, "--json", "--out", "again")
     documents = [json.loads((folder / "diagnosis.json").read_text()), json.loads(done.stdout)]
     for document in documents:
         del document["seconds"]
@@ -73,8 +73,7 @@ def test_screen_and_holdout(corexy, measured, tmp_path):
     judge = tmp_path / "judge.csv"
     judge.write_text(measured.read_text())
     done = corexy(
-        "diagnose", measured, "--machine", "yin2018", "--out", "result", "--holdout", judge,
-        timeout=PATIENCE,
+        "diagnose", measured, "--machine", "yin2018", "--out", "result", "--holdout", judge
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "nothing missing" in done.stdout
@@ -86,8 +85,8 @@ def test_screen_and_holdout(corexy, measured, tmp_path):
     assert document["machine_assumed"] is False
 
 
-def test_demo(corexy, tmp_path):
-    done = corexy("demo", "--out", "demo", timeout=PATIENCE)
+def test_demo(corexy_process, tmp_path):
+    done = corexy_process("demo", "--out", "demo", timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "demo" / "CoreXY.fmu").is_file()
     reports = list((tmp_path / "demo").glob("*/report.html"))

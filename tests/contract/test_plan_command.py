@@ -21,8 +21,8 @@ def lines(tmp_path):
     return ("--machine", "lines.toml", "--noise", "1e-5")
 
 
-def test_plan_tells_sizes_and_writes_programs(corexy, tmp_path, lines):
-    done = corexy("plan", *lines, "--rate", "200", "--out", "programs")
+def test_plan_tells_sizes_and_writes_programs(corexy_process, tmp_path, lines):
+    done = corexy_process("plan", *lines, "--rate", "200", "--out", "programs")
     assert (done.returncode, done.stderr.strip()) == (0, "")
     assert "axis_skew" in done.stdout
     assert "sensor_rotation at sensor" in done.stdout

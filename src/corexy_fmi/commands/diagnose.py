@@ -30,7 +30,6 @@ from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.effects import catalogue, load_file
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_folder
-from corexy_fmi.kernel.compiler import MISSING, NoCompilerError, has_compiler
 from corexy_fmi.machine import Machine, load_machine, save_machine
 from corexy_fmi.recording import Recording, check_drive, read_recording, write_recording
 
@@ -91,6 +90,8 @@ def diagnose(
 
     corexy diagnose run.csv --out result --json
     """
+    from corexy_fmi.kernel.compiler import MISSING, has_compiler
+
     began = time.perf_counter()
     if not has_compiler():
         print(SLOW, file=sys.stderr)
@@ -142,6 +143,7 @@ def write_diagnosis(
     """
     from corexy_fmi.engine import diagnose as find
     from corexy_fmi.fmu.build import build_fmu
+    from corexy_fmi.kernel.compiler import NoCompilerError
     from corexy_fmi.report import write_report
 
     found = find(

@@ -10,9 +10,6 @@ from types import TracebackType
 
 import numpy as np
 
-from corexy_fmi.fmu.build import build_fmu
-from corexy_fmi.fmu.runner import run_fmu
-from corexy_fmi.fmu.session import Session, unpacked
 from corexy_fmi.hil.drive import Drive
 from corexy_fmi.hil.segments import Plan
 from corexy_fmi.machine import Machine
@@ -33,6 +30,9 @@ class Beside:
         self._text = ""
 
     def __enter__(self) -> Beside:
+        from corexy_fmi.fmu.build import build_fmu
+        from corexy_fmi.fmu.session import Session, unpacked
+
         folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="corexy-")))
         self._fmu = build_fmu(folder, self._machine)
         place = self._stack.enter_context(unpacked(self._fmu))
@@ -76,6 +76,9 @@ class Beside:
 
     def compare(self, made: Recording) -> Recording:
         """The recording with the rms difference to the FMU [m] in its metadata."""
+        from corexy_fmi.fmu.build import build_fmu
+        from corexy_fmi.fmu.runner import run_fmu
+
         if "x" not in made:
             return made
         with tempfile.TemporaryDirectory(prefix="corexy-") as folder:

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
-from scipy.signal import correlate, correlation_lags
 
 from corexy_fmi.errors import InputError
 
@@ -106,6 +104,8 @@ def _step(first: Signal, second: Signal) -> float:
 
 def _grid(signal: Signal, step: float, smooth: float) -> tuple[float, Array]:
     """Begin [s] and smoothed values (n, k) on a grid."""
+    from scipy.ndimage import gaussian_filter1d  # here: half a second that few commands need
+
     begin = float(signal.time[0])
     time = np.arange(begin, signal.time[-1], step)
     values = [np.interp(time, signal.time, column) for column in signal.values.T]
@@ -115,6 +115,8 @@ def _grid(signal: Signal, step: float, smooth: float) -> tuple[float, Array]:
 
 def _correlation(first: Signal, second: Signal, step: float) -> tuple[Array, Array]:
     """Lags [s] and how much the signals are alike at each, 1 for equal ones."""
+    from scipy.signal import correlate, correlation_lags  # here: as above
+
     coarse = max(float(np.median(np.diff(s.time))) for s in (first, second))
     smooth = max(SMOOTH, coarse)
     (begin, a), (other, b) = (_grid(s, step, smooth) for s in (first, second))
