@@ -21,7 +21,8 @@ def test_scattered_starts_keep_the_first_the_nuisances_and_the_bounds(chosen):
     around = 0.1 * np.ones(chosen.size)
     starts = restart.scattered(chosen, around, 64)
     low, high = chosen.limits()
-    assert (starts >= low).all() and (starts <= high).all()
+    assert (starts >= low).all()
+    assert (starts <= high).all()
     assert starts[0] == pytest.approx(np.clip(around, low, high))
     first = chosen.first_own(0)
     assert np.ptp(starts[:, first:], axis=0).max() == 0.0
