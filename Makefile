@@ -38,7 +38,7 @@ unit: bootstrap
 	@$(PYTHON) -m pytest $(TWO) --junitxml=out/tests.xml
 
 coverage: bootstrap
-	@$(PYTHON) -m pytest $(TWO) --cov=src --cov-report=term:skip-covered
+	@$(PYTHON) -m pytest $(TWO) --cov=src --cov-report=term:skip-covered --cov-fail-under=90
 
 blind: bootstrap
 	@$(PYTHON) -m benchmarks.concealed.blind --seed $(SEED)
