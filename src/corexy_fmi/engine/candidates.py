@@ -13,7 +13,7 @@ from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.topologies import knows
 
-SPEED_KNOTS = (-1.0, -0.7, -0.4, -0.15, -0.02, 0.02, 0.15, 0.4, 0.7, 1.0)
+SPEED_KNOTS = (-1.0, -0.4, -0.14, -0.05, -0.015, 0.015, 0.05, 0.14, 0.4, 1.0)  # peaks are narrow
 PLACE_KNOTS, TIME_KNOTS = 9, 12
 
 
