@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.diagnose import make_runs, retune
 from corexy_fmi.engine.document import fit_rows
 from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.prove import prove
+from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.unknowns import Hypothesis

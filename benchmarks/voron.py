@@ -25,8 +25,9 @@ from benchmarks.case import PAGES, ROOT, corexy, kept
 from benchmarks.outcome import RESULTS, write_outcome
 from benchmarks.voron_page import rendered
 from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.diagnose import make_runs, retune
 from corexy_fmi.engine.document import not_excluded
+from corexy_fmi.engine.given import make_runs
+from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.wiring import fitted, predicted

@@ -9,9 +9,10 @@ from scipy.io import loadmat
 from benchmarks import emps
 from benchmarks.outcome import RESULTS
 from corexy_fmi.engine.candidates import hypotheses
-from corexy_fmi.engine.diagnose import make_runs, retune
 from corexy_fmi.engine.edges import edges
+from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.pulses import pulse_fits, train
+from corexy_fmi.engine.retune import retune
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording.columns import import_columns

@@ -7,9 +7,10 @@ import pytest
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.diagnose import make_runs, retune
 from corexy_fmi.engine.edges import Edge, edges
+from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.pulses import train
+from corexy_fmi.engine.retune import retune
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.kernel.reference import run_reference
 from corexy_fmi.machine import EffectUse

@@ -17,11 +17,12 @@ from engine_kit import (
 )
 
 from corexy_fmi.effects import catalogue
-from corexy_fmi.engine.diagnose import make_runs, retune
+from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.local import last_parts, shows
 from corexy_fmi.engine.model import effect_table, tuned_machine
 from corexy_fmi.engine.name import compete
 from corexy_fmi.engine.prove import follow_up
+from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import STIFFER, starts, stiffer
 from corexy_fmi.engine.spread import combinations, groups, spread

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from corexy_fmi.engine import document
-from corexy_fmi.engine.diagnose import make_runs, retune
 from corexy_fmi.engine.fit import minimise, settle
+from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.prove import prove
+from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout

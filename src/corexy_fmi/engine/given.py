@@ -1,0 +1,64 @@
+"""What a diagnosis is given: recordings, checked and put into runs to fit and runs to judge on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from corexy_fmi.engine.evidence import Finding
+from corexy_fmi.engine.excerpts import excerpts, late_part, needed, restarted
+from corexy_fmi.engine.preflight import check
+from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
+from corexy_fmi.errors import InputError
+from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.machine import Machine
+from corexy_fmi.recording import Recording
+
+
+def preflight(
+    recordings: Sequence[Recording], machine: Machine
+) -> tuple[list[Recording], list[Finding]]:
+    """Recordings put right where that is sure, and what was found."""
+    checked = [check(r, machine) for r in recordings]
+    return [r for r, _ in checked], [f for _, found in checked for f in found]
+
+
+def make_runs(
+    train: Sequence[Recording], holdout: Sequence[Recording], machine: Machine
+) -> tuple[list[Run], list[Run]]:
+    """Training and held-out runs; without the latter the last part of each is kept back."""
+    if holdout:
+        pairs = (
+            [make_run(r, machine, "train") for r in train],
+            [make_run(r, machine, "holdout") for r in holdout],
+        )
+    else:
+        halves = [split_in_time(r, machine, GAP) for r in train]
+        pairs = [a for a, _ in halves], [b for _, b in halves]
+    for run in pairs[0]:
+        if not run.samples:
+            raise InputError(
+                f"{run.name}: no measured channel has more than 20 samples, expected x, y or ax, ay"
+            )
+    return pairs
+
+
+def meaningless(runs: Sequence[Run], layout: Layout) -> frozenset[str]:
+    """Effects that these recordings cannot have: a delay where the clock is free; anything of the
+    sensor where it is the loop's own, which then follows what the sensor says; what counts time
+    from the start where excerpts are fitted.
+    """
+    names = {"sensor_delay"} if any(run.clock_free for run in runs) else set()
+    if all(s.channel in run.zeroed for run in runs for s in run.samples):
+        names |= {i.effect.name for i in layout.instances if i.location == "sensor"}
+    return frozenset(names) | (restarted(layout) if needed(runs) else frozenset())
+
+
+def whole_runs(runs: Sequence[Run]) -> list[Run]:
+    """The training runs to judge on where only excerpts are fitted; none where those will do."""
+    return list(runs) if needed(runs) and not any(run.clock_free for run in runs) else []
+
+
+def kept_parts(kept: Sequence[Run]) -> list[Run]:
+    """The data kept back, without what a long run has before them; of free clocks excerpts."""
+    free = any(run.clock_free for run in kept)
+    return excerpts(kept) if free else [late_part(run) for run in kept]

@@ -1,0 +1,115 @@
+"""The verdict with its proof: replays on data kept back, which may only lower it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.engine.clean import without_spikes
+from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.local import is_local, last_parts
+from corexy_fmi.engine.model import tuned_machine
+from corexy_fmi.engine.name import Competition, form_floor
+from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
+from corexy_fmi.engine.repeats import repeating
+from corexy_fmi.engine.rest import restless
+from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.specification import leftover
+from corexy_fmi.engine.verdict import Verdict, decide, incomplete
+from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.machine import Machine
+
+EXCESS, WEAK_EXCESS = 1.4, 1.3  # held-out rms over noise that forbids `nothing_missing`
+
+
+def judge(
+    layout: Layout,
+    machine: Machine,
+    competition: Competition,
+    kept: Sequence[Run],
+    whole: Sequence[Run],
+    weak: bool,
+) -> tuple[Verdict, Fit, Proof]:
+    """The verdict with its fit and proof; where held-out data lower it, proved again."""
+    retuned = tuned_machine(competition.retuned, machine.name)
+    kept = _despiked(layout, retuned, competition, kept)
+    whole = _despiked(layout, retuned, competition, whole)
+    first = decide(competition, None)
+    fit = _final(competition, first)
+    proof = _prove(layout, machine, competition, fit, kept, whole)
+    verdict = decide(competition, proof)
+    if _final(competition, verdict) is not fit:
+        fit = _final(competition, verdict)
+        proof = _prove(layout, machine, competition, fit, kept, whole)
+    guarded = _guarded(proof, weak, verdict, fit)
+    if _final(competition, guarded) is not fit:
+        fit = _final(competition, guarded)
+        proof = _prove(layout, machine, competition, fit, kept, whole)
+    return guarded, fit, proof
+
+
+def _despiked(
+    layout: Layout, retuned: Machine, competition: Competition, kept: Sequence[Run]
+) -> list[Run]:
+    """The data kept back without their spikes, as the training data were fitted."""
+    train, noise = competition.retuned.problem.runs, competition.retuned.problem.noise
+    runs = [judged(run, train) for run in kept]
+    fits = [replay(layout, retuned, r, channel_noise(train, noise, r)).fit for r in runs]
+    return [run for fit in fits for run in without_spikes(fit)]
+
+
+def _final(competition: Competition, verdict: Verdict) -> Fit:
+    """The fit that the verdict stands on."""
+    missing = verdict.entry is not None and verdict.word != "nothing_missing"
+    return verdict.entry.fit if missing and verdict.entry else competition.retuned
+
+
+def _prove(
+    layout: Layout,
+    machine: Machine,
+    competition: Competition,
+    fit: Fit,
+    runs: Sequence[Run],
+    whole: Sequence[Run],
+) -> Proof:
+    """Replays of what was fitted, or in place of excerpts of the ``whole``, and of held-out runs.
+
+    What belongs to one excerpt cannot be replayed on the whole.
+    """
+    retuned = competition.retuned
+    machines = {
+        "nominal": machine,
+        "retuned": tuned_machine(retuned, machine.name),
+        "explained": tuned_machine(fit, machine.name),
+    }
+    train = fit.problem.runs
+    late = last_parts(retuned, fit, runs, machine)
+    own = {
+        (state, role, run.name): tuned_machine(f, machine.name, r)
+        for role, pair in (("train", (retuned, fit)), ("holdout", (late.retuned, late.fit)))
+        for state, f in zip(("retuned", "explained"), pair, strict=True)
+        for r, run in enumerate(f.problem.runs)
+    }
+    shown = whole if whole and not is_local(fit) else train
+    judged = (*shown, *(r for r in late.kept if r.role == "holdout"))
+    fits = {} if is_local(fit) else {"retuned": retuned, "explained": fit}
+    return prove(layout, machines, judged, train, fit.problem.noise, own, late.before, fits)
+
+
+def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
+    """What a fit leaves to simple functions of the motion forbids to call it an explanation; a
+    mismatch on the data kept back, only in motion, or in every loop forbids ``nothing_missing``.
+    """
+    left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
+    if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
+        return incomplete(verdict, left)
+    verdict = replace(verdict, stands=left)
+    if verdict.word != "nothing_missing":
+        return verdict
+    late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
+    reason = restless(proof) or repeating(proof)
+    if np.isfinite(late) and late > limit:
+        reason = f"the mismatch of the data kept back is {late:.1f} times the noise"
+    return Verdict("unexplained", None, reason=reason) if reason else verdict
