@@ -7,7 +7,7 @@ that lets go and catches does the same.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
@@ -84,15 +84,20 @@ def _parts(problem: Problem, starts: Array) -> Array:
     return np.concatenate(found, axis=1)
 
 
+def _short(problem: Problem, start: Array) -> Fit:
+    """A short fit without its Jacobian: many are kept at once."""
+    return replace(minimise(problem, start, SHORT), near=None)
+
+
 def begun(problem: Problem, around: Array, breadth: Breadth = NOMINAL) -> list[Fit]:
     """Short fits: from ``around`` first, from the best of scattered starts, from their mixtures."""
     starts = scattered(problem, around, breadth.places)
     orders = np.argsort(_parts(problem, starts), axis=1, kind="stable")[:, : breadth.each]
     chosen = dict.fromkeys([0, *orders.ravel().tolist()])
-    fits = [minimise(problem, starts[n], SHORT) for n in chosen]
+    fits = [_short(problem, starts[n]) for n in chosen]
     children = mixed(fits, breadth.children)
     order = np.argsort(_parts(problem, children)[0], kind="stable")[:TRIED]
-    return fits + [minimise(problem, children[n], SHORT) for n in order]
+    return fits + [_short(problem, children[n]) for n in order]
 
 
 def best(fits: list[Fit]) -> Fit:
