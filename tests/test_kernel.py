@@ -332,6 +332,8 @@ def test_shapes_are_checked():
         run(Excitation(time[:0], time[:0], time[:0]), vector())
     with pytest.raises(ValueError, match="parameters"):
         run(Excitation(time, time, time), vector()[:-1])
+    with pytest.raises(ValueError, match=r"rest .*expected \(1, 4\)"):
+        run(Excitation(time, time, time), vector(), rest=np.zeros((1, 2)))
 
 
 def test_step_count_is_never_rounded():

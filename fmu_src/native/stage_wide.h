@@ -34,6 +34,7 @@ typedef __m128d pair;
 INLINE pair twice(double x) { return _mm_set1_pd(x); }
 INLINE pair both(const double *a, const double *b) { return _mm_set_pd(*b, *a); }
 INLINE pair next_to(const double *a) { return _mm_loadu_pd(a); }
+INLINE void beside(pair x, double *a) { _mm_storeu_pd(a, x); }
 INLINE void part(pair x, double *a, double *b) { _mm_storel_pd(a, x); _mm_storeh_pd(b, x); }
 INLINE pair low(pair a, pair b) { return _mm_unpacklo_pd(a, b); }
 INLINE pair high(pair a, pair b) { return _mm_unpackhi_pd(a, b); }

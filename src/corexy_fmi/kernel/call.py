@@ -41,6 +41,7 @@ class _Batch(ctypes.Structure):
         ("out", ctypes.c_void_p),
         ("step", ctypes.c_double),
     )
+    held: object  # what the pointers lead to, for as long as a thread may write there
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,10 @@ def _interruptible(function: Callable[..., int], call: _Batch, rows: int) -> int
 
 def _address(array: Array) -> int:
     """Where an array's numbers lie; a fifth of the time of ``array.ctypes.data``."""
-    if array.flags.writeable and array.size:
+    try:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
-    return int(array.ctypes.data)
+    except (TypeError, ValueError):  # it may not be written, or holds nothing
+        return int(array.ctypes.data)
 
 
 @lru_cache(maxsize=256)
@@ -132,13 +134,15 @@ def _fill(
     sets, (fidelity, dc) = len(parameters), stage
     arrays = (e.time, e.input1, e.input2, parameters, rest)
     keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
-    call = _Batch(len(e.time), MODES[e.mode], PLACES[fidelity], int(dc), sets)
-    call.time, call.input1, call.input2, call.parameter, call.rest = map(_address, keep)
-    call.kp, call.kd, call.rate_weight, call.limit = e.kp, e.kd, e.rate_weight, limit
-    call.angle1, call.angle2 = e.start()
     wanted, width = _wanted(channels), _width(sets)
-    call.channel, call.channels = ctypes.addressof(wanted), len(wanted)
-    call.out = _address(out)
+    call = _Batch(
+        *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, sets),
+        *map(_address, keep[:3]),
+        *(e.kp, e.kd, e.rate_weight, limit, *e.start()),
+        *map(_address, keep[3:]),
+        *(ctypes.addressof(wanted), len(wanted), _address(out)),
+    )
+    call.held = keep, wanted, out
     function = _library(layout, width).batch_run
     if _interruptible(function, call, len(e.time) * -(-sets // width)):
         raise MemoryError("the kernel found no memory for a run")
@@ -150,13 +154,17 @@ def _width(sets: int) -> int:
     return 1 if sets == 1 else LANES
 
 
-def _check_shapes(layout: Layout, e: Excitation, parameters: Array) -> None:
+def _check_shapes(
+    layout: Layout, e: Excitation, parameters: Array, rest: Array | None = None
+) -> None:
     """The library reads as far as it is told to."""
     lengths = {len(e.time), len(e.input1), len(e.input2)}
     if len(lengths) != 1 or 0 in lengths:
         raise ValueError(f"time and inputs have {sorted(lengths)} rows, expected one number")
     if parameters.ndim != 2 or parameters.shape[1] != layout.parameters:
         raise ValueError(f"parameters {parameters.shape}, expected (sets, {layout.parameters})")
+    if rest is not None and rest.shape != (len(parameters), len(REST)):
+        raise ValueError(f"rest {rest.shape}, expected ({len(parameters)}, {len(REST)})")
 
 
 def run_lanes(
@@ -179,7 +187,7 @@ def run_lanes(
     never depends on who calls.  Where there is no compiler Python does it, slowly (see
     `without_compiler`).  Raises ValueError where shapes do not fit.
     """
-    _check_shapes(layout, excitation, parameters)
+    _check_shapes(layout, excitation, parameters, rest)
     sets = len(parameters)
     begun = np.zeros((sets, len(REST))) if rest is None else rest
     if not has_kernel(layout, _width(sets)):

@@ -85,9 +85,9 @@ def restamp(
     if not instances or SENSED.isdisjoint(channels):
         return
     places, neutral = _sizes(layout)
-    on = parameters.take(places, axis=1) != neutral
-    if not on.any():
+    values = parameters.take(places, axis=1)
+    if values.tobytes() == neutral.tobytes() * len(parameters):
         return
     sensed = [k for k, name in enumerate(channels) if name in SENSED]
-    for n in np.flatnonzero(on.any(axis=1)):
+    for n in np.flatnonzero((values != neutral).any(axis=1)):
         out[n, sensed] = resampled(time, out[n, sensed], taken(instances, parameters[n], time))

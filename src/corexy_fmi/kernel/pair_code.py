@@ -41,11 +41,10 @@ static void {name}_advance(stage *s, sweep *w)
             time = end;
             {on}
         }}
-        part(negated(q0), s->q[0], s->q[1]);
-        part(negated(v0), s->v[0], s->v[1]);
+        beside(negated(q0), s->q[0]), beside(negated(v0), s->v[0]);
         reach_row(w);
     }} while (more);
-    part(negated(before), s->before[0], s->before[1]);
+    beside(negated(before), s->before[0]);
     {store}
 }}
 """
