@@ -33,11 +33,13 @@ from corexy_fmi.kernel.layout import (
     KNOTS,
     bundled_layout,
     make_layout,
+    nominal_index,
 )
+from corexy_fmi.kernel.pair_code import mirrored
 from corexy_fmi.kernel.reference import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.simulate import machine_vector, neutral_vector
-from corexy_fmi.topology import FULL
+from corexy_fmi.topology import FULL, STAGES
 
 CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "x_true", "y_true", "V1", "V2")
 STEP, SAME = 1.5e-4, 1e-9
@@ -198,7 +200,7 @@ def test_lanes_equal_single_runs_bit_for_bit():
 @pytest.mark.parametrize("fidelity", ["full", "reduced", "condensed"])
 @pytest.mark.parametrize("limit", [2e-3, 2.5e-4, 7e-5])
 def test_steps_in_registers_equal_steps_one_by_one(fidelity, limit):
-    """Eight lanes without effects keep their state in registers between rows, one lane does not."""
+    """Eight lanes keep a variable in a register, one lane both belts' variables."""
     vector = neutral_vector(bundled_layout())[None]
     alone, lanes = (
         run_lanes(
@@ -208,6 +210,43 @@ def test_steps_in_registers_equal_steps_one_by_one(fidelity, limit):
         for n in (1, 8)
     )  # fmt: skip
     assert np.array_equal(alone[0], lanes[7])
+
+
+@pytest.mark.parametrize("machine", ["yin2018", "gt2_printer"])
+@pytest.mark.parametrize("fidelity", ["full", "reduced", "condensed"])
+@pytest.mark.parametrize("sets", [1, 8, 11])
+@pytest.mark.parametrize("rows", ["even", "uneven"])
+def test_rows_at_once_equal_rows_one_by_one(machine, fidelity, sets, rows):
+    """Of positions and speeds alone all rows run at once; other outputs are asked for at each."""
+    random = np.random.default_rng(3)
+    vectors = np.tile(vector(machine), (sets, 1))
+    vectors[:, nominal_index("carriage_mass")] *= random.uniform(0.8, 1.2, sets)
+    time, path = lively(60)
+    if rows == "uneven":
+        time = np.cumsum(random.uniform(5e-5, 3e-3, len(time)))
+    given = drive(time, path, radius=vectors[0, 0])
+    names = ("x", "y", "vx", "vy", "x_true")
+    at_once, one_by_one = (
+        run_lanes(bundled_layout(), given, vectors, fidelity=fidelity, limit=STEP, channels=c)
+        for c in (names, OUTPUTS)
+    )
+    kept = [OUTPUTS.index(name) for name in names]
+    assert np.array_equal(at_once, one_by_one[:, kept])
+    assert np.ptp(at_once[:, 0], axis=1).min() > 1e-3
+
+
+def test_what_is_read_only_is_read():
+    values = vector()[None]
+    values.flags.writeable = False
+    assert np.array_equal(run(excitation(), values), run(excitation(), values.copy()))
+
+
+def test_two_belts_in_one_register_where_they_mirror_each_other():
+    assert [name for name, stage in STAGES.items() if mirrored(stage)] == ["full"]
+    two = FULL.sections[6]
+    turned = replace(two, row={c: -w for c, w in two.row.items()})
+    assert not mirrored(replace(FULL, sections=(*FULL.sections[:6], turned, *FULL.sections[7:])))
+    assert not mirrored(replace(FULL, sections=FULL.sections[:-1]))
 
 
 def test_lanes_take_their_own_rest():
@@ -293,6 +332,8 @@ def test_shapes_are_checked():
         run(Excitation(time[:0], time[:0], time[:0]), vector())
     with pytest.raises(ValueError, match="parameters"):
         run(Excitation(time, time, time), vector()[:-1])
+    with pytest.raises(ValueError, match=r"rest .*expected \(1, 4\)"):
+        run(Excitation(time, time, time), vector(), rest=np.zeros((1, 2)))
 
 
 def test_step_count_is_never_rounded():

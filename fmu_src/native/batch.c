@@ -1,6 +1,7 @@
-/* Whole recordings for LANES parameter sets at once: what the Python package calls. */
+/* Whole recordings for any number of parameter sets, LANES at once: what the Python package calls. */
 #include "stage.h"
 
+#include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,16 +15,16 @@
 enum { ANGLES = 0, VOLTAGES = 1, CLOSED_LOOP = 2 };
 
 typedef struct {
-    int rows, mode, topology, drive;
+    int rows, mode, topology, drive, sets;
     const double *time, *input1, *input2; /* [rows]: angles [rad], voltages [V] or references [rad] */
     double kp, kd, rate_weight;           /* gains of the loop, share of the reference's rate */
     double limit, angle1, angle2;         /* longest micro-step [s] or 0, first angles [rad] */
-    const double *parameter;              /* [LANES][PARAMETER_COUNT] */
-    const double *rest;                   /* [LANES][4]: see stage_begin */
+    const double *parameter;              /* [sets][PARAMETER_COUNT] */
+    const double *rest;                   /* [sets][4]: see stage_begin */
     const int *channel;                   /* outputs wanted, [channels] */
     int channels;
-    double *out;                          /* [LANES][channels][rows] */
-    double step;                          /* longest micro-step taken [s] */
+    double *out;                          /* [sets][channels][rows] */
+    double step;                          /* longest micro-step of the last LANES sets [s] */
 } batch;
 
 /* slope of an input over the interval that starts at a row; 0 after the last */
@@ -55,38 +56,59 @@ static void set_angles(stage *s, const batch *b, int row)
     s->input_time = b->time[row];
 }
 
-static void record(stage *s, const batch *b, int row)
+/* the set of a lane: lanes that are left over repeat the last one */
+static size_t set_of(const batch *b, int first, int l)
+{
+    return (size_t)(first + l < b->sets ? first + l : b->sets - 1);
+}
+
+static void record(stage *s, const batch *b, double *const *out, int row)
 {
     stage_report(s);
     for (int c = 0; c < b->channels; c++) {
         const double *value = *stage_output(s, b->channel[c]);
-        for (int l = 0; l < LANES; l++)
-            b->out[((size_t)l * b->channels + c) * b->rows + row] = value[l];
+        for (int l = 0; l < LANES; l++) out[l][(size_t)c * b->rows + row] = value[l];
     }
 }
 
-static void begin(stage *s, const batch *b)
+static void begin(stage *s, batch *b, int first)
 {
     const double angles[2] = {b->angle1, b->angle2};
     lane rest[4];
+    memset(s, 0, offsetof(stage, ring_time));
     s->topology = b->topology;
     s->drive = b->drive;
     for (int l = 0; l < LANES; l++) {
-        for (int i = 0; i < 4; i++) rest[i][l] = b->rest[4 * l + i];
+        const size_t set = set_of(b, first, l);
+        for (int i = 0; i < 4; i++) rest[i][l] = b->rest[4 * set + i];
         for (int i = 0; i < PARAMETER_COUNT; i++)
-            s->parameter[i][l] = b->parameter[(size_t)l * PARAMETER_COUNT + i];
+            s->parameter[i][l] = b->parameter[set * PARAMETER_COUNT + i];
     }
     stage_begin(s, b->time[0], angles, (const lane *)rest);
+    b->step = b->limit > 0 ? b->limit : stage_step_limit(s);
 }
 
-static void run(stage *s, batch *b)
+/* whether all rows may be run at once */
+static int swept(const stage *s, const batch *b, sweep *w)
 {
-    begin(s, b);
-    b->step = b->limit > 0 ? b->limit : stage_step_limit(s);
+    if (b->mode != ANGLES || b->channels > SEEN || !stage_sweeps(s)) return 0;
+    for (int c = 0; c < b->channels; c++)
+        if (!(w->seen[c] = stage_seen(s, b->channel[c]))) return 0;
+    w->rows = b->rows;
+    w->time = b->time;
+    w->input[0] = b->input1;
+    w->input[1] = b->input2;
+    w->limit = b->step;
+    w->channels = b->channels;
+    return 1;
+}
+
+static void run_row_by_row(stage *s, const batch *b, double *const *out)
+{
     for (int row = 0; row < b->rows; row++) {
         if (b->mode == ANGLES) set_angles(s, b, row);
         else set_voltage(s, b, row);
-        record(s, b, row);
+        record(s, b, out, row);
         if (row + 1 < b->rows) {
             stage_advance(s, b->time[row + 1] - b->time[row], b->step);
             s->time = b->time[row + 1];
@@ -94,14 +116,29 @@ static void run(stage *s, batch *b)
     }
 }
 
+static void run(stage *s, batch *b, int first)
+{
+    sweep w = {0};
+    for (int l = 0; l < LANES; l++)
+        w.out[l] = b->out + set_of(b, first, l) * (size_t)b->channels * (size_t)b->rows;
+    begin(s, b, first);
+    if (!swept(s, b, &w)) {
+        run_row_by_row(s, b, w.out);
+        return;
+    }
+    record(s, b, w.out, 0);
+    while (w.row + 1 < w.rows) stage_sweep(s, &w);
+}
+
 EXPORT int batch_lanes(void) { return LANES; }
 
 /* 0, or 1 where memory is short */
 EXPORT int batch_run(batch *b)
 {
-    char *memory = calloc(1, sizeof(stage) + sizeof(lane));
+    char *memory = malloc(sizeof(stage) + sizeof(lane));
     if (!memory) return 1;
-    run((stage *)(memory + sizeof(lane) - (uintptr_t)memory % sizeof(lane)), b);
+    stage *s = (stage *)(memory + sizeof(lane) - (uintptr_t)memory % sizeof(lane));
+    for (int first = 0; first < b->sets; first += LANES) run(s, b, first);
     free(memory);
     return 0;
 }

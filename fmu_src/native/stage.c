@@ -65,6 +65,7 @@ INLINE double middle_velocity(const stage *s, int i, int l)
     return s->v[i][l] != 0 ? 1.5 * s->v[i][l] - 0.5 * s->before[i][l] : 0.0;
 }
 
+#include "stage_rows.h"
 #include "stage_generated.h"
 
 typedef const struct topology table;
@@ -98,7 +99,7 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 /* what the kick needs of damping and mass, for steps of length h; rows differ by rounding alone */
 static void set_kick(stage *s, double h)
 {
-    if (fabs(h - s->kick_step) <= 1e-9 * h) return;
+    if (same_kick(s, h)) return;
     s->kick_step = h;
     for (int i = 0; i < s->coordinates; i++)
         EACH {
@@ -375,12 +376,17 @@ static void micro_step(stage *s, double end)
     }
 }
 
-/* all micro-steps in registers, then the motors and the clock behind the last */
-static void advance_plain(stage *s, double start, double duration, int64_t count)
+/* intervals in registers, then the motors and the clock behind the last */
+static void run_rows(stage *s, sweep *w)
 {
-    const double half = 0.5 * s->step;
-    TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, start, duration, count);
-    s->now = 0.5 * (s->time + (start + duration));
+    TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, w);
+    const interval *at = &w->part[!w->turn];
+    const double half = 0.5 * at->step, end = at->start + at->duration;
+    const double before = at->count > 1 ? at->start + (double)(at->count - 1) * at->step : at->start;
+    s->step = at->step;
+    s->input_time = at->since;
+    for (int i = 0; i < 2; i++) { s->input[i] = at->angle[i]; s->input_rate[i] = at->rate[i]; }
+    s->now = 0.5 * (before + end);
     s->elapsed = s->now - s->begun;
     set_command(s, s->now);
     for (int i = 0; i < 2; i++)
@@ -390,17 +396,27 @@ static void advance_plain(stage *s, double start, double duration, int64_t count
             s->v[2 + i][l] = v;
             s->q[2 + i][l] = drifted(s->command[i][l], v, half);
         }
-    s->time = start + duration;
+    s->time = end;
+}
+
+void stage_sweep(stage *s, sweep *w)
+{
+    w->part[w->turn] = interval_of(w, w->row);
+    set_kick(s, w->part[w->turn].step);
+    run_rows(s, w);
+    s->time = w->time[w->row];
 }
 
 void stage_advance(stage *s, double duration, double limit)
 {
     const double start = s->time;
-    const int64_t count = (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
+    const int64_t count = steps_in(duration, limit);
     s->step = duration / (double)count;
     set_kick(s, s->step);
     if (s->plain) {
-        advance_plain(s, start, duration, count);
+        sweep one = {.part = {{start, duration, s->step, {s->input[0], s->input[1]},
+                               {s->input_rate[0], s->input_rate[1]}, s->input_time, count}}};
+        run_rows(s, &one);
         return;
     }
     for (int64_t n = 1; n <= count; n++)

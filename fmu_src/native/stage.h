@@ -13,6 +13,7 @@
 #endif
 
 enum { RING = 512, FREE_FORMS = 4, KNOTS = 24, FREE_FORM_SIZE = 2 + 2 * KNOTS };
+enum { SEEN = 8 }; /* channels of a sweep at most */
 enum { STEPPER = 0, DC = 1 };
 enum { FULL = 0, REDUCED = 1, KINEMATIC = 2, CONDENSED = 3, SINGLE_AXIS = 4,
        TWO_MASS = 5, CARTESIAN = 6, H_FRAME = 7, STAGE_COUNT = 8 };
@@ -64,12 +65,38 @@ typedef struct {
     lane ring[RING][4];
 } stage;
 
+/* from one row to the next: motors turn evenly */
+typedef struct {
+    double start, duration, step;    /* [s] */
+    double angle[2], rate[2], since; /* [rad], [rad/s] from a time [s] */
+    long long count;                 /* of micro-steps */
+} interval;
+
+/* rows of a recording whose motors turn evenly from each to the next */
+typedef struct {
+    interval part[2];                /* in turns the one that runs, and the one behind it */
+    int turn;                        /* which of them is the one behind */
+    int row, rows;                   /* the row that is reached, how many there are */
+    const double *time, *input[2];   /* [rows] [s], motor angles [rad] */
+    double limit;                    /* longest micro-step [s] */
+    int channels;
+    const lane *seen[SEEN];          /* what is kept of each row, [channels] */
+    double *out[LANES];              /* [channels][rows] */
+} sweep;
+
 /* begin a run at rest: parameters are set, inputs hold the first angles [rad]; rest: how far x and
  * y are off [m], then, motor by motor, how much of their friction its last turn left the idlers */
 void stage_begin(stage *s, double time, const double *angles, const lane *rest);
 
 /* advance by duration [s] in micro-steps no longer than limit [s] */
 void stage_advance(stage *s, double duration, double limit);
+
+/* whether a sweep does what stage_advance and stage_report would, and sees a channel, OUT_X .. */
+int stage_sweeps(const stage *s);
+const lane *stage_seen(const stage *s, int which);
+
+/* advance over the rows behind the one that is reached, as far as they are equally long */
+void stage_sweep(stage *s, sweep *w);
 
 /* longest micro-step [s] that resolves the fastest pole of every lane, after stage_begin */
 double stage_step_limit(const stage *s);

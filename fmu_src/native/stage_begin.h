@@ -90,7 +90,7 @@ static void solve(int n, double a[COORDINATES][COORDINATES + 1])
 {
     for (int i = 0; i < n; i++)
         for (int r = 0; r < n; r++) {
-            if (r == i) continue;
+            if (r == i || a[r][i] == 0) continue;
             const double f = a[r][i] / a[i][i];
             for (int c = i; c <= n; c++) a[r][c] -= f * a[i][c];
         }
@@ -116,6 +116,7 @@ static void settle(stage *s, const lane *torque, int axes)
             for (int i = axes; i < 4; i++) fixed += row[i] * s->q[i][l];
             memcpy(row + s->coordinates, row, axes * sizeof *row);
             for (int i = 0; i < count; i++) {
+                if (row[4 + i] == 0) continue;
                 for (int j = 0; j < count; j++) a[i][j] += s->stiffness0[n][l] * row[4 + i] * row[4 + j];
                 a[i][count] -= s->stiffness0[n][l] * row[4 + i] * fixed;
             }
@@ -131,7 +132,11 @@ static void settle(stage *s, const lane *torque, int axes)
  * and where the axes balance it */
 static void hold_idlers(stage *s, const table *t, const lane *held, lane *torque, lane *balance)
 {
+    int any = 0;
     memset(torque, 0, COORDINATES * sizeof *torque);
+    memset(balance, 0, 2 * sizeof *balance);
+    for (int i = 0; i < 2; i++) EACH any |= held[i][l] != 0;
+    if (!any) return;
     for (int i = 0; i < 2; i++)
         EACH {
             s->q[2 + i][l] = held[i][l];
@@ -223,14 +228,14 @@ static double fastest_square(const stage *s, int l)
     for (int n = 0; n < s->sections; n++) {
         section_row(s, n, l, row);
         for (int i = 0; i < s->coordinates; i++)
-            for (int j = 0; j < s->coordinates; j++)
+            for (int j = 0; row[i] != 0 && j < s->coordinates; j++)
                 k[i][j] += s->stiffest[n][l] * fabs(row[i] * row[j]);
     }
     for (int i = 0; i < s->coordinates; i++) {
         double sum = 0;
         if (imposed(s, i, l)) continue;
         for (int j = 0; j < s->coordinates; j++)
-            if (!imposed(s, j, l)) sum += k[i][j] / sqrt(s->mass[i][l] * s->mass[j][l]);
+            if (k[i][j] != 0 && !imposed(s, j, l)) sum += k[i][j] / sqrt(s->mass[i][l] * s->mass[j][l]);
         worst = larger(worst, sum);
     }
     return worst;

@@ -107,3 +107,19 @@ void stage_outputs(stage *s, lane *out)
         memcpy(out[i], *stage_output(s, i), 2 * sizeof(lane));
     memcpy(out[OUT_TENSION], s->tension, sizeof s->tension);
 }
+
+/* laws that report another carriage than the true one, or nothing in registers: a row at a time */
+int stage_sweeps(const stage *s)
+{
+    return s->plain && s->sections && !hooked(s, PORT_OUTPUT) && !hooked(s, PORT_SENSOR);
+}
+
+const lane *stage_seen(const stage *s, int which)
+{
+    switch (which) {
+    case OUT_X: case OUT_Y: return &s->q[which - OUT_X];
+    case OUT_VX: case OUT_VY: return &s->v[which - OUT_VX];
+    case OUT_X_TRUE: case OUT_Y_TRUE: return &s->q[which - OUT_X_TRUE];
+    default: return 0;
+    }
+}

@@ -6,7 +6,7 @@ import ctypes
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,14 +25,15 @@ LANES = 8
 # what a run begins with: how far x and y are off [m]; and of the friction of the idlers, how much
 # the last turn of each motor left them (-1 .. 1: all of it, either way)
 REST = ("deflection along x", "deflection along y", "idlers since motor 1", "idlers since motor 2")
-LONG_RUN = 100_000  # rows
+PLACES = {name: place for place, name in enumerate(STAGES)}
+LONG_RUN = 100_000  # rows, of all sets that do not run together
 
 
 class _Batch(ctypes.Structure):
     """`batch` of batch.c."""
 
     _fields_ = (
-        *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive")),
+        *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive", "sets")),
         *((n, ctypes.c_void_p) for n in ("time", "input1", "input2")),
         *((n, ctypes.c_double) for n in ("kp", "kd", "rate_weight", "limit", "angle1", "angle2")),
         *((n, ctypes.c_void_p) for n in ("parameter", "rest", "channel")),
@@ -40,6 +41,7 @@ class _Batch(ctypes.Structure):
         ("out", ctypes.c_void_p),
         ("step", ctypes.c_double),
     )
+    held: object  # what the pointers lead to, for as long as a thread may write there
 
 
 @dataclass(frozen=True)
@@ -101,42 +103,68 @@ def _interruptible(function: Callable[..., int], call: _Batch, rows: int) -> int
     return status[0]
 
 
-@dataclass(frozen=True)
-class _Run:
-    """What all blocks of a run share."""
-
-    layout: Layout
-    excitation: Excitation
-    fidelity: str
-    dc: bool
-    channels: tuple[str, ...]
-    limit: float
-
-    def block(self, parameters: Array, rest: Array, out: Array) -> float:
-        """One block of lanes into out (lanes, channels, rows); returns its longest step [s]."""
-        e, library = self.excitation, _library(self.layout, len(parameters))
-        wanted = np.array([OUTPUTS.index(c) for c in self.channels], dtype=np.int32)
-        arrays = (e.time, e.input1, e.input2, parameters, rest)
-        keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
-        call = _Batch(len(e.time), MODES[e.mode], list(STAGES).index(self.fidelity), int(self.dc))
-        call.time, call.input1, call.input2, call.parameter, call.rest = (
-            a.ctypes.data for a in keep
-        )
-        call.kp, call.kd, call.rate_weight, call.limit = e.kp, e.kd, e.rate_weight, self.limit
-        call.angle1, call.angle2 = e.start()
-        call.channel, call.channels, call.out = wanted.ctypes.data, len(wanted), out.ctypes.data
-        if _interruptible(library.batch_run, call, len(e.time)):
-            raise MemoryError("the kernel found no memory for a run")
-        return float(call.step)
+def _address(array: Array) -> int:
+    """Where an array's numbers lie; a fifth of the time of ``array.ctypes.data``."""
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
+    except (TypeError, ValueError):  # it may not be written, or holds nothing
+        return int(array.ctypes.data)
 
 
-def _check_shapes(layout: Layout, e: Excitation, parameters: Array) -> None:
+@lru_cache(maxsize=256)
+def _wanted(channels: tuple[str, ...]) -> ctypes.Array[ctypes.c_int]:
+    """The outputs' places."""
+    return (ctypes.c_int * len(channels))(*(OUTPUTS.index(c) for c in channels))
+
+
+def _fill(
+    layout: Layout,
+    e: Excitation,
+    parameters: Array,
+    stage: tuple[str, bool],
+    rest: Array,
+    channels: tuple[str, ...],
+    limit: float,
+    out: Array,
+) -> float:
+    """All sets into out (sets, channels, rows); ``stage`` is the fidelity, and whether it is DC.
+
+    Returns the longest step [s] of the last sets that ran together.
+    """
+    sets, (fidelity, dc) = len(parameters), stage
+    arrays = (e.time, e.input1, e.input2, parameters, rest)
+    keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
+    wanted, width = _wanted(channels), _width(sets)
+    call = _Batch(
+        *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, sets),
+        *map(_address, keep[:3]),
+        *(e.kp, e.kd, e.rate_weight, limit, *e.start()),
+        *map(_address, keep[3:]),
+        *(ctypes.addressof(wanted), len(wanted), _address(out)),
+    )
+    call.held = keep, wanted, out
+    function = _library(layout, width).batch_run
+    if _interruptible(function, call, len(e.time) * -(-sets // width)):
+        raise MemoryError("the kernel found no memory for a run")
+    return float(call.step)
+
+
+def _width(sets: int) -> int:
+    """How many sets run together."""
+    return 1 if sets == 1 else LANES
+
+
+def _check_shapes(
+    layout: Layout, e: Excitation, parameters: Array, rest: Array | None = None
+) -> None:
     """The library reads as far as it is told to."""
     lengths = {len(e.time), len(e.input1), len(e.input2)}
     if len(lengths) != 1 or 0 in lengths:
         raise ValueError(f"time and inputs have {sorted(lengths)} rows, expected one number")
     if parameters.ndim != 2 or parameters.shape[1] != layout.parameters:
         raise ValueError(f"parameters {parameters.shape}, expected (sets, {layout.parameters})")
+    if rest is not None and rest.shape != (len(parameters), len(REST)):
+        raise ValueError(f"rest {rest.shape}, expected ({len(parameters)}, {len(REST)})")
 
 
 def run_lanes(
@@ -159,12 +187,10 @@ def run_lanes(
     never depends on who calls.  Where there is no compiler Python does it, slowly (see
     `without_compiler`).  Raises ValueError where shapes do not fit.
     """
-    _check_shapes(layout, excitation, parameters)
-    run = _Run(layout, excitation, fidelity, dc, channels, limit)
+    _check_shapes(layout, excitation, parameters, rest)
     sets = len(parameters)
     begun = np.zeros((sets, len(REST))) if rest is None else rest
-    width = 1 if sets == 1 else LANES
-    if not has_kernel(layout, width):
+    if not has_kernel(layout, _width(sets)):
         from corexy_fmi.kernel.without_compiler import run_slowly
 
         return run_slowly(
@@ -177,13 +203,10 @@ def run_lanes(
             channels=channels,
             limit=limit,
         )
-    blocks = -(-sets // width)
-    out = np.empty((blocks * width, len(channels), len(excitation.time)))
-    for first in range(0, blocks * width, width):
-        take = np.minimum(np.arange(first, first + width), sets - 1)
-        run.block(parameters[take], begun[take], out[first : first + width])
-    restamp(layout, parameters, excitation.time, channels, out[:sets])
-    return out[:sets]
+    out = np.empty((sets, len(channels), len(excitation.time)))
+    _fill(layout, excitation, parameters, (fidelity, dc), begun, channels, limit, out)
+    restamp(layout, parameters, excitation.time, channels, out)
+    return out
 
 
 def step_limit(
@@ -194,6 +217,6 @@ def step_limit(
         from corexy_fmi.kernel.without_compiler import slow_step_limit
 
         return slow_step_limit(layout, parameters, fidelity, dc)
-    rest = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
-    run = _Run(layout, rest, fidelity, dc, ("x",), 0.0)
-    return run.block(parameters[None], np.zeros((1, len(REST))), np.empty((1, 1, 1)))
+    still = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
+    rest, out = np.zeros((1, len(REST))), np.empty((1, 1, 1))
+    return _fill(layout, still, parameters[None], (fidelity, dc), rest, ("x",), 0.0, out)

@@ -17,7 +17,7 @@ from corexy_fmi.kernel.ports import HOST
 from corexy_fmi.kernel.trace import argument_names
 
 Array = NDArray[np.float64]
-SENSED = ("x", "y", "ax", "ay")
+SENSED = frozenset({"x", "y", "ax", "ay"})
 
 
 @lru_cache(maxsize=32)
@@ -26,15 +26,17 @@ def clocked(layout: Layout) -> tuple[Instance, ...]:
     return tuple(i for i in layout.instances if any(law.port in HOST for law in i.effect.laws))
 
 
-def _sizes(instances: Sequence[Instance]) -> tuple[list[int], list[float]]:
+@lru_cache(maxsize=32)
+def _sizes(layout: Layout) -> tuple[NDArray[np.intp], Array]:
     """Places of the parameters that switch these on, and their neutral values."""
     pairs = [
         (i.parameter + k, p.neutral)
-        for i in instances
+        for i in clocked(layout)
         for k, p in enumerate(i.effect.parameters)
         if p.size
     ]
-    return [place for place, _ in pairs], [neutral for _, neutral in pairs]
+    places, neutral = zip(*pairs, strict=True)
+    return np.array(places, dtype=np.intp), np.array(neutral)
 
 
 def taken(instances: Sequence[Instance], vector: Array, time: Array) -> Array:
@@ -79,10 +81,13 @@ def restamp(
 
     ``parameters`` (sets, layout.parameters), ``out`` (sets, channels, n).
     """
-    sensed = [k for k, name in enumerate(channels) if name in SENSED]
     instances = clocked(layout)
-    if not sensed or not instances:
+    if not instances or SENSED.isdisjoint(channels):
         return
-    places, neutral = _sizes(instances)
-    for n in np.flatnonzero((parameters[:, places] != neutral).any(axis=1)):
+    places, neutral = _sizes(layout)
+    values = parameters.take(places, axis=1)
+    if values.tobytes() == neutral.tobytes() * len(parameters):
+        return
+    sensed = [k for k, name in enumerate(channels) if name in SENSED]
+    for n in np.flatnonzero((values != neutral).any(axis=1)):
         out[n, sensed] = resampled(time, out[n, sensed], taken(instances, parameters[n], time))

@@ -10,6 +10,12 @@ FIRST_IDLER = 4  # place in q: x, y, two motors, then the idlers
 
 
 def signed_sum(terms: Sequence[tuple[float, str]]) -> str:
+    """A sum in the order of its terms; ``-a - b + c`` as ``c - (a + b)``: the same bits."""
+    signs = [weight < 0 for weight, _ in terms]
+    if signs[:3] == [True, True, False]:
+        (a, first), (b, second), last, *others = terms
+        both = f"({signed_sum([(-a, first), (-b, second)])})"
+        return signed_sum([last, (-1, both), *others])
     text = ""
     for weight, name in terms:
         factor = name if abs(weight) == 1 else f"{abs(weight)!r} * {name}"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from corexy_fmi.kernel.stage_code import (
     FIRST_IDLER,
     forces,
@@ -148,49 +146,3 @@ def _kicked_idler(i: int) -> list[str]:
         f"s->v[{i}][l] = v{i};",
         f"s->q[{i}][l] = drifted(s->q[{i}][l], v{i}, half);",
     ]
-
-
-def advance(stage: Stage) -> str:
-    """All micro-steps of a communication step in registers, where no hook runs.
-
-    The same operations in the same order as `move` of stage.c; the last step also keeps what may be
-    asked for behind it, and leaves the motors and the clock to `stage_advance`.  Constants are read
-    in every step: kept in registers they would push the state out of them.
-    """
-    head = (
-        f"static void {stage.name}_advance(stage *s, double start, double duration, int64_t count)"
-    )
-    if not stage.sections:
-        return f"{head}\n{{\n    (void)s; (void)start; (void)duration; (void)count;\n}}\n"
-    free = [i for i in range(len(stage.coordinates)) if i not in (2, 3)]
-    lines = ["{", "const double h = s->step, half = 0.5 * s->step;", "double time = start;"]
-    lines += [f"wide q{i} = WIDE(s->q[{i}]), v{i} = WIDE(s->v[{i}]);" for i in free]
-    lines += [f"wide d{i} = half * v{i};" for i in free]
-    lines += ["for (int64_t n = 1; n < count; n++) {", "const double end = start + (double)n * h;"]
-    lines += [*_advance_step(stage, free, last=False), "time = end;", "}"]
-    lines += ["const double end = start + duration;", *_advance_step(stage, free, last=True)]
-    lines += [f"WIDE(s->q[{i}]) = q{i}, WIDE(s->v[{i}]) = v{i};" for i in free]
-    return "\n".join([head, *lines, "s->time = time;", "}", ""])
-
-
-def _advance_step(stage: Stage, free: Sequence[int], last: bool) -> list[str]:
-    """One micro-step on local variables."""
-    lines = ["FENCE;", "const double now = 0.5 * (time + end);"]
-    lines += ["const wide r = WIDE(s->radius[0]);", "(void)r;"]
-    for m, i in ((0, 2), (1, 3)):
-        angle = f"s->input[{m}] + s->input_rate[{m}] * (now - s->input_time)"
-        lines += [f"const wide q{i} = spread({angle});"]
-    lines += [f"q{i} = q{i} + d{i};" for i in free]
-    lines += [f"const wide u{i} = r * q{i}; (void)u{i};" for i in range(2, len(stage.coordinates))]
-    for n, section in enumerate(stage.sections):
-        elongation = section_sum(stage, section)
-        lines += [f"const wide tension{n} = WIDE(s->stiffness[{n}]) * ({elongation});"]
-        lines += [f"WIDE(s->tension[{n}]) = tension{n};"] * last
-    for i, force in enumerate(forces(stage, "tension{}", ("r", "r"))):
-        lines += [f"WIDE(s->force[{i}]) = {force};"] * (last and i < FIRST_IDLER)
-        lines += [f"WIDE(s->before[{i}]) = v{i};"] * (last and i < 2)
-        if i in free:
-            kept = f"WIDE(s->keep[{i}]) * v{i} + WIDE(s->push[{i}]) * ({force})"
-            lines += [f"v{i} = halt({kept}, WIDE(s->slip[{i}]));", f"d{i} = half * v{i};"]
-            lines += [f"q{i} = q{i} + d{i};"]
-    return lines

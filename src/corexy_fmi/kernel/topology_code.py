@@ -7,7 +7,6 @@ from typing import Any
 
 from corexy_fmi.kernel.stage_code import FIRST_IDLER, forces, function, of_stage, signed_sum
 from corexy_fmi.kernel.step_code import (
-    advance,
     find_forces,
     find_pull,
     find_rate,
@@ -15,6 +14,7 @@ from corexy_fmi.kernel.step_code import (
     stretch,
 )
 from corexy_fmi.kernel.trace import c_statements, symbols
+from corexy_fmi.kernel.wide_code import advance
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.topology import STAGES, Section, Stage
 
@@ -26,7 +26,7 @@ struct topology {
     void (*collect)(stage *), (*measure)(stage *);
     void (*add_runout)(stage *), (*collect_runout)(stage *), (*find_forces)(stage *);
     void (*stretch)(stage *), (*find_pull)(stage *), (*find_rate)(stage *), (*pull_idlers)(stage *);
-    void (*advance)(stage *, double, double, int64_t);
+    void (*advance)(stage *, sweep *);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
     double rest[2][2];
