@@ -53,3 +53,20 @@ def test_the_same_fits_each_time_and_none_worse_than_the_first(chosen):
     one, other = (restart.begun(chosen, around, SMALL) for _ in range(2))
     assert [fit.cost for fit in one] == [fit.cost for fit in other]
     assert restart.best(one).cost <= one[0].cost
+
+
+def test_shapes_begin_where_the_effects_file_says(chosen):
+    """The gap as it was fitted with each grip and hold; nothing where there is no shape."""
+    assert len(restart.declared(chosen, np.zeros(chosen.size))) == 0
+    play = problem(record(machine(), short_motion()), machine(), (("backlash", "motor1"),))
+    keys = [x.key for x in play.unknowns]
+    gap, grip, hold = (keys.index(f"backlash.motor1.{n}") for n in ("gap", "grip", "hold"))
+    around = np.zeros(play.size)
+    around[gap] = 0.7
+    starts = restart.declared(play, around)
+    assert (starts[:, gap] == 0.7).all()
+    values = np.array(
+        [[play.unknowns[k].value(u[k]) for k in (grip, hold)] for u in starts], dtype=float
+    )
+    expected = [(a, b) for a in (1.0, 1e-3, 1e-5) for b in (0.0, 1e-3)]
+    assert values == pytest.approx(np.array(expected))

@@ -61,7 +61,7 @@ EFFECT = Effect(
             1.0,
             1e-5,
             1.0,
-            (1.0, 1e-3),
+            (1.0, 1e-3, 1e-5),
             log=True,
             default=1.0,
         ),

@@ -7,6 +7,7 @@ that lets go and catches does the same.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from corexy_fmi.engine.problem import Problem
 from corexy_fmi.kernel.call import Array
 
 TRIED = 3  # mixtures that are fitted
+MANY = 8  # starts of the effects' shapes
 SHORT = 3  # iterations of a short fit
 TOGETHER = 32  # sets that run at once: what bounds the memory
 EVEN = float(np.sqrt(3))  # half width of an even spread of standard deviation 1
@@ -62,6 +64,25 @@ def scattered(problem: Problem, around: Array, places: int) -> Array:
     return np.clip(starts, *problem.limits())
 
 
+def declared(problem: Problem, around: Array) -> Array:
+    """``around`` with the effects' shapes where their files begin them, (starts, size)."""
+    known = {x.key: k for k, x in enumerate(problem.unknowns)}
+    shapes = [
+        (known[key], p.starts)
+        for i in problem.hypothesis.uses
+        for p in i.effect.parameters
+        if not (p.size or p.periodic)
+        and (key := f"{i.effect.name}.{i.location}.{p.name}") in known
+        and not problem.unknowns[known[key]].wave
+    ]
+    places = [k for k, _ in shapes]
+    rows = list(itertools.islice(itertools.product(*(starts for _, starts in shapes)), MANY))
+    found = np.repeat(around[None], len(rows) if shapes else 0, axis=0)
+    for row, values in zip(found, rows, strict=bool(shapes)):
+        row[places] = [problem.unknowns[k].internal(v) for k, v in zip(places, values, strict=True)]
+    return found
+
+
 def mixed(fits: list[Fit], count: int) -> Array:
     """Children (count, size) of pairs of fits, each unknown from either: axes end apart."""
     random, ends = np.random.default_rng(SEED), np.array([fit.u for fit in fits])
@@ -90,11 +111,13 @@ def _short(problem: Problem, start: Array) -> Fit:
 
 
 def begun(problem: Problem, around: Array, breadth: Breadth = NOMINAL) -> list[Fit]:
-    """Short fits: from ``around`` first, from the best of scattered starts, from their mixtures."""
+    """Short fits: from ``around`` first, from the best of scattered starts, from where the effects'
+    files begin, and from mixtures of those.
+    """
     starts = scattered(problem, around, breadth.places)
     orders = np.argsort(_parts(problem, starts), axis=1, kind="stable")[:, : breadth.each]
     chosen = dict.fromkeys([0, *orders.ravel().tolist()])
-    fits = [_short(problem, starts[n]) for n in chosen]
+    fits = [_short(problem, u) for u in (*starts[list(chosen)], *declared(problem, around))]
     children = mixed(fits, breadth.children)
     order = np.argsort(_parts(problem, children)[0], kind="stable")[:TRIED]
     return fits + [_short(problem, children[n]) for n in order]
