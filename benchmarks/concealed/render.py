@@ -194,7 +194,7 @@ def page(entries: list[Entry], command: str) -> str:
         "These cases plant ten effects, and the catalogue was cut down to these ten; with all 35",
         "the same was not measured. In hard cases the plant overstates E (docs/dev/PLAN.md).",
         "Its forms of backlash and of belt stiffness were inside the catalogue, since earlier runs",
-        "left them open (`hold`, `parallel`), as two of its three of Stribeck friction (`pointed`).",
+        "left them open (`hold`, `parallel`), as were two of its three of Stribeck friction.",
         "What changed in the engine since stands in the changelog; this run says nothing of it.",
         "",
         *headline(entries),
