@@ -18,7 +18,7 @@ from corexy_fmi.engine.evidence import Evidence
 from corexy_fmi.engine.excerpts import excerpts
 from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.experiment import Experiment, next_experiment
-from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
 from corexy_fmi.engine.model import tuned_machine
@@ -27,7 +27,6 @@ from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import Mapper
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.kernel.layout import Layout, bundled_layout, make_layout
@@ -91,7 +90,7 @@ def diagnose(
     whole, kept = whole_runs(runs), kept_parts(kept)
     with _workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)
-        base = retune(layout, machine, tuple(excerpts(runs)))
+        base = retune(layout, machine, tuple(excerpts(runs)), mapper)
         shares = iter((0.2, 0.6, 0.85, 0.9))
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("proving on data kept back", 0.85)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.kernel.call import Array
 
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
 
 

@@ -12,13 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.engine.candidates import finer, hypotheses
-from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.search import (
     CLOSE,
     FINALISTS,
-    Mapper,
     penalty,
     rank,
     samples_of,
@@ -157,7 +156,7 @@ def _shaken(fit: Fit, mapper: Mapper) -> Fit:
     }
     moved = [k for k, key in enumerate(fit.problem.keys) if key in shapes]
     starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
-    starts += [best(begun(fit.problem, fit.u, LEADER)).u]
+    starts += [best(begun(fit.problem, fit.u, LEADER, mapper)).u]
     again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
     found = best([fit, *again])
     return settle(found) if found.cost < fit.cost - BETTER else fit

@@ -13,12 +13,11 @@ import numpy as np
 
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.experiment import SETTLES
-from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.foresee import Sensing, filled, imagined
 from corexy_fmi.engine.name import THRESHOLD
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.search import Mapper
 from corexy_fmi.engine.signature import changes, grown, row_of
 from corexy_fmi.engine.spread import Spread, combinations, groups, spread
 from corexy_fmi.engine.unknowns import Hypothesis

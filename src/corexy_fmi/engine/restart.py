@@ -8,12 +8,13 @@ that lets go and catches does the same.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
 
-from corexy_fmi.engine.fit import Fit, costs, minimise
+from corexy_fmi.engine.fit import Fit, Mapper, costs, minimise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.kernel.call import Array
 
@@ -91,36 +92,40 @@ def mixed(fits: list[Fit], count: int) -> Array:
     return np.where(from_first, ends[pairs[:, 0]], ends[pairs[:, 1]])
 
 
-def _parts(problem: Problem, starts: Array) -> Array:
+def _parts(problem: Problem, starts: Array, mapper: Mapper = map) -> Array:
     """Costs (1 + channels, sets): all of the residual, and each channel's part over all runs."""
     names = [s.channel for run in problem.runs for s in run.samples]
     ends = np.cumsum([len(s.index) for run in problem.runs for s in run.samples])
-    found = []
-    for part in np.split(starts, range(TOGETHER, len(starts), TOGETHER)):
+
+    def found(part: Array) -> list[Array]:
         residual = problem.residual(part)
         pieces = np.split(residual[:, : ends[-1]], ends[:-1], axis=1)
         rows = [np.hstack([p for p, n in zip(pieces, names, strict=True) if n == one])
                 for one in sorted(set(names))]  # fmt: skip
-        found.append([costs(residual), *map(costs, rows)])
-    return np.concatenate(found, axis=1)
+        return [costs(residual), *map(costs, rows)]
+
+    groups = np.split(starts, range(TOGETHER, len(starts), TOGETHER))
+    return np.concatenate(list(mapper(found, groups)), axis=1)
 
 
-def _short(problem: Problem, start: Array) -> Fit:
-    """A short fit without its Jacobian: many are kept at once."""
-    return replace(minimise(problem, start, SHORT), near=None)
+def _shorts(problem: Problem, starts: Iterable[Array], mapper: Mapper) -> list[Fit]:
+    """Short fits without their Jacobians: many are kept at once."""
+    return list(mapper(lambda u: replace(minimise(problem, u, SHORT), near=None), starts))
 
 
-def begun(problem: Problem, around: Array, breadth: Breadth = NOMINAL) -> list[Fit]:
+def begun(
+    problem: Problem, around: Array, breadth: Breadth = NOMINAL, mapper: Mapper = map
+) -> list[Fit]:
     """Short fits: from ``around`` first, from the best of scattered starts, from where the effects'
     files begin, and from mixtures of those.
     """
     starts = scattered(problem, around, breadth.places)
-    orders = np.argsort(_parts(problem, starts), axis=1, kind="stable")[:, : breadth.each]
-    chosen = dict.fromkeys([0, *orders.ravel().tolist()])
-    fits = [_short(problem, u) for u in (*starts[list(chosen)], *declared(problem, around))]
+    orders = np.argsort(_parts(problem, starts, mapper), axis=1, kind="stable")
+    chosen = list(dict.fromkeys([0, *orders[:, : breadth.each].ravel().tolist()]))
+    fits = _shorts(problem, (*starts[chosen], *declared(problem, around)), mapper)
     children = mixed(fits, breadth.children)
-    order = np.argsort(_parts(problem, children)[0], kind="stable")[:TRIED]
-    return fits + [_short(problem, children[n]) for n in order]
+    order = np.argsort(_parts(problem, children, mapper)[0], kind="stable")[:TRIED]
+    return fits + _shorts(problem, children[order], mapper)
 
 
 def best(fits: list[Fit]) -> Fit:

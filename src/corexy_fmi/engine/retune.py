@@ -8,7 +8,7 @@ import numpy as np
 
 from corexy_fmi.engine import clock
 from corexy_fmi.engine.clean import without_spikes
-from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.restart import begun, best
@@ -19,11 +19,11 @@ from corexy_fmi.machine import Machine
 HIDDEN = 0.5  # [nats] that a longer micro-step may change
 
 
-def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...]) -> Fit:
+def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapper = map) -> Fit:
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
-    first = minimise(problem, best(begun(problem, clock.start(problem))).u, 15)
+    first = minimise(problem, best(begun(problem, clock.start(problem), mapper=mapper)).u, 15)
     cleaned = replace(problem, runs=without_spikes(first))
     return settle(minimise(_quick(cleaned, first.u), first.u))
 

@@ -6,12 +6,9 @@ with the noise that their own residuals show.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any
-
 import numpy as np
 
-from corexy_fmi.engine.fit import Fit, costs, minimise, settle, white_noise
+from corexy_fmi.engine.fit import Fit, Mapper, costs, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import STIFFNESS, Hypothesis
@@ -23,8 +20,6 @@ ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best 
 LEAST = 1.5  # [nats] that any other lead gains in the screen
 STIFFER = 1.2  # log of the factor
 LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
-
-Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 
 def penalty(problem: Problem, samples: int) -> float:
