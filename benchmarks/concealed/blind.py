@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import multiprocessing
+import signal
 import sys
 import tempfile
 import time
@@ -26,7 +28,7 @@ from corexy_fmi.engine.force import force
 from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.recording import Recording, read_recording
 
-JOBS = 2
+JOBS, ABREAST = 2, 3  # workers of a diagnosis; diagnoses at once, for none keeps two cores busy
 WRONG = (("stribeck_friction", "y"), ("belt_mismatch", "belts"), ("axis_skew", "sensor"))
 
 
@@ -40,10 +42,17 @@ def load(case: Any) -> tuple[list[Recording], list[Recording], Machine]:
         return train, holdout, load_machine(folder / "machine.toml")
 
 
-def verdict(case: Any, without: frozenset[str] = frozenset()) -> dict[str, Any]:
-    """The document of a diagnosis of a case."""
-    train, holdout, machine = load(case)
-    return diagnose(train, holdout, machine, jobs=JOBS, without=without).document
+Given = tuple[list[Recording], list[Recording], Machine]
+
+
+def verdict(given: Given, without: frozenset[str] = frozenset()) -> dict[str, Any]:
+    """The document of a diagnosis."""
+    return diagnose(*given, jobs=JOBS, without=without).document
+
+
+def _deaf() -> None:
+    """An interrupt is the parent's to hear, which ends its children."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _named(document: dict[str, Any]) -> str:
@@ -67,22 +76,25 @@ def _wrong_effect(truth: dict[str, Any]) -> tuple[str, str]:
     return next(pair for pair in WRONG if pair[0] not in names)
 
 
-def controls(case: Any, table: Table) -> None:
-    """The rows of the controls."""
-    truth = case.truth
-    train, holdout, machine = load(case)
-    name, location = _wrong_effect(truth)
-    _row(
-        table,
-        "a wrong effect forced in",
-        force(train, holdout, machine, name, location),
-        f"{name} at {location}",
-    )
+def controls(case: Any, given: Given, pool: Any) -> list[tuple[str, Any]]:
+    """Names of the controls' rows, and what will give their held-out rms and words."""
+    truth, (name, location) = case.truth, _wrong_effect(case.truth)
+    rows = [("a wrong effect forced in", pool.apply_async(_forced, (given, name, location)))]
     if truth["effects"]:
-        twin = verdict(plant.twin(case))
-        _row(table, "the twin, effect off", twin["heldout"], _named(twin))
-        deleted = verdict(case, frozenset(e["name"] for e in truth["effects"]))
-        _row(table, "true entry deleted", deleted["heldout"], _named(deleted))
+        planted = frozenset(e["name"] for e in truth["effects"])
+        twin = pool.apply_async(_told, (load(plant.twin(case)),))
+        rows.append(("the twin, effect off", twin))
+        rows.append(("true entry deleted", pool.apply_async(_told, (given, planted))))
+    return rows
+
+
+def _told(given: Given, without: frozenset[str] = frozenset()) -> tuple[dict[str, Any], str]:
+    document = verdict(given, without)
+    return document["heldout"], _named(document)
+
+
+def _forced(given: Given, name: str, location: str) -> tuple[dict[str, Any], str]:
+    return force(*given, name, location), f"{name} at {location}"
 
 
 def _truth_text(truth: dict[str, Any]) -> str:
@@ -104,13 +116,17 @@ def main() -> None:
         case = plant.draw(arguments.seed, catalogue=arguments.catalogue)
         seal, sealed = plant.seal(case)
     console.print(f"seed {arguments.seed}   seal sha256 {seal}")
-    with console.status("the engine diagnoses, blind"):
-        document = verdict(case)
     table = Table("held-out rms [um]", "given", "retuned", "explained", "noise", "verdict")
-    _row(table, "the blind case", document["heldout"], _named(document))
-    if not arguments.no_controls:
+    given, processes = load(case), multiprocessing.get_context("spawn")
+    with processes.Pool(ABREAST, _deaf) as pool:  # its end ends its processes
+        blind = pool.apply_async(verdict, (given,))
+        beside = [] if arguments.no_controls else controls(case, given, pool)
+        with console.status("the engine diagnoses, blind"):
+            document = blind.get()
+        _row(table, "the blind case", document["heldout"], _named(document))
         with console.status("controls on the same motion"):
-            controls(case, table)
+            for label, found in beside:
+                _row(table, label, *found.get())
     console.print(table)
     truth = case.truth
     opened = hashlib.sha256(sealed).hexdigest() == seal
