@@ -29,10 +29,11 @@ from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.recording import Recording, read_recording
 
 JOBS, ABREAST = 2, 3  # workers of a diagnosis; diagnoses at once, for none keeps two cores busy
+Given = tuple[list[Recording], list[Recording], Machine]  # to fit, to judge on, its file
 WRONG = (("stribeck_friction", "y"), ("belt_mismatch", "belts"), ("axis_skew", "sensor"))
 
 
-def load(case: Any) -> tuple[list[Recording], list[Recording], Machine]:
+def load(case: Any) -> Given:
     """What a user would have: recordings and a machine file, read from disk; not the truth."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -40,9 +41,6 @@ def load(case: Any) -> tuple[list[Recording], list[Recording], Machine]:
         train = [read_recording(folder / n) for n in sorted(case.train)]
         holdout = [read_recording(folder / n) for n in sorted(case.holdout)]
         return train, holdout, load_machine(folder / "machine.toml")
-
-
-Given = tuple[list[Recording], list[Recording], Machine]
 
 
 def verdict(given: Given, without: frozenset[str] = frozenset()) -> dict[str, Any]:

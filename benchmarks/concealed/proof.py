@@ -17,14 +17,12 @@ from typing import Any
 import plant
 from rich.progress import track
 
-from benchmarks.concealed.blind import load
+from benchmarks.concealed.blind import Given, load
 from benchmarks.concealed.cases import CATALOGUES, published, seed_of, strikes
 from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.score import score
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import Diagnosis, diagnose
-from corexy_fmi.machine import Machine
-from corexy_fmi.recording import Recording
 
 RESULTS = Path("benchmarks/results")
 OUT = {"ten": "proof.jsonl", "full": "full.jsonl"}
@@ -38,6 +36,7 @@ def commit() -> str:
 
 
 def append(path: Path, entry: dict[str, Any]) -> None:
+    """One line more in a results file."""
     with path.open("a", encoding="utf-8") as file:
         file.write(json.dumps(entry, sort_keys=True) + "\n")
 
@@ -81,7 +80,6 @@ def struck(case: Any, found: Diagnosis) -> dict[str, Any]:
 
 
 Case = tuple[str, dict[str, Any]]  # name, what is wanted of the plant
-Given = tuple[list[Recording], list[Recording], Machine]
 
 
 def run_sealed(
