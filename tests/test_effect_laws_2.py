@@ -86,19 +86,20 @@ def test_drag_grows_with_the_square_of_speed(speed):
     assert STIFFNESS * drag == pytest.approx(300 * speed**2, rel=1e-4)
 
 
-def test_warm_friction_fades_from_the_start_of_the_run():
-    """The excess of K lag is f ratio exp(-t / T), whatever the clock said at the start."""
+def test_warm_friction_fades_from_its_onset():
+    """The excess of K lag is f ratio exp(-(t - onset) / T), whatever the clock said at first."""
     ratio, fade, c = 2.0, 0.7, REDUCED.constants(parameters(), 0.0)
     time, path = polyline([(0, 0), (0.06, 0)], 0.03)
-    for begun in (0.0, 500.0):
+    for begun, onset in ((0.0, 0.0), (500.0, 0.0), (0.0, 0.6), (0.0, -0.5)):
         given = drive(time + begun, path)
-        with_it = vector(effects=[("friction_warmup", "x", (ratio, fade))])
+        with_it = vector(effects=[("friction_warmup", "x", (ratio, fade, onset))])
         lag = (run(given, vector(), fidelity="reduced") - run(given, with_it, fidelity="reduced"))[
             0
         ]
-        late = time > 0.3
-        expected = c.coulomb[0] * ratio * np.exp(-time / fade)
+        late = (time > 0.3) & (np.abs(time - onset) > 0.1)
+        expected = c.coulomb[0] * ratio * np.exp(-np.maximum(time - onset, 0) / fade)
         slow = c.viscous[0] / STIFFNESS / fade  # the excess sinks while friction resists it
+        slow *= time[late] > onset
         assert (STIFFNESS * lag / expected)[late] == pytest.approx(1 + slow, rel=5e-3)
 
 

@@ -515,3 +515,16 @@ def digest(case):
 @pytest.mark.parametrize(("seed", "wanted", "bytes_of"), OLD)
 def test_the_published_draw_gives_the_bytes_it_gave_with_ten_effects(seed, wanted, bytes_of):
     assert digest(plant.draw(seed, **wanted)) == bytes_of
+
+
+@pytest.mark.parametrize(
+    ("changed", "more"),
+    [
+        ({"carriage_mass": 0.0045}, {}),
+        ({"pulley_inertia": 1.15e-7, "pulley_viscous_friction": 8.4e-4}, {"damping_time": 1.27e-3}),
+    ],
+)
+def test_a_retuned_machine_stays_within_the_solvers_reach(changed, more):
+    """A light carriage, or belts that damp beside viscous pulleys, are fast poles."""
+    shows = shown(machine("yin2018", **changed), ramp(0.05, 0.4), more)
+    assert all(np.abs(values).max() < 1.0 for name, values in shows.items() if name in "xy")

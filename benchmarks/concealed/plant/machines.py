@@ -108,7 +108,8 @@ def added_rates(w, near):
     slow = 2.0 if w[SLOT["damping_form"]] == 0.0 else 0.0
     stiff = 1.0 + w[SLOT["creep_ratio"]] + w[SLOT["damping_time"]] / 4e-3 * (slow == 0.0)
     tied = max(w[SLOT["bristle_x"]], w[SLOT["bristle_y"]]) / w[SLOT["carriage_mass"]]
-    rates = [slow * near * r * r / inertia * w[SLOT["damping_time"]]]
+    drag = slow * near * r * r * w[SLOT["damping_time"]] + w[SLOT["pulley_viscous_friction"]]
+    rates = [drag / inertia]
     rates += [np.sqrt(2.0 * near * stiff / inertia) * r, np.sqrt(tied)]
     if w[SLOT["winding_time"]] > 0.0:
         rates.append(1.0 / w[SLOT["winding_time"]])
@@ -124,7 +125,9 @@ def steps_per_ms(w):
     """RK4 steps in a row: enough to be stable for the fastest pole of this machine."""
     drag, inertia = w[SLOT["pulley_viscous_friction"]], w[SLOT["pulley_inertia"]]
     r, near = w[SLOT["pulley_radius"]], w[STIFFNESS] + w[STIFFNESS + 1]
-    rates = [drag / inertia, np.sqrt(2.0 * near / inertia) * r]
+    carriage = w[SLOT["carriage_mass"]]  # a retuned one may be light
+    rates = [drag / inertia, np.sqrt(2.0 * near / inertia) * r, np.sqrt(4.0 * near / carriage)]
+    rates.append(w[SLOT["carriage_viscous_friction"]] / carriage)
     motor, back = w[SLOT["motor_inertia"]], w[SLOT["motor_damping_gain"]]
     if w[SLOT["dc"]] != 0.0:
         rates.append((drag + back) / motor)
@@ -134,7 +137,7 @@ def steps_per_ms(w):
     rates += added_rates(w, near)
     smooth = w[SLOT["smooth_speed"]]
     if smooth > 0.0:
-        stage = w[SLOT["carriage_coulomb_friction"]] / w[SLOT["carriage_mass"]]
+        stage = w[SLOT["carriage_coulomb_friction"]] / carriage
         rates += [stage / smooth, STEEPEST]
     return max(LEAST_STEPS, int(np.ceil(max(rates) * 1e-3 / 2.2)))
 

@@ -34,6 +34,7 @@ class Parameter:
     0 neither.  Where several are marked ``size``, the effect is off with all of them neutral.
     ``over`` ("time", "position" or "frequency") lets a fit begin all over the range of the
     recordings instead of at ``starts``; on ``drives`` beside those named it stays as it is.
+    "threshold": beyond some value there is no effect at all; ``starts`` only find it.
     """
 
     name: str

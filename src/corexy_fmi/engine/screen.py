@@ -14,7 +14,14 @@ import numpy as np
 from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.signature import TRIED, changes, gain_many, row_of, scores
+from corexy_fmi.engine.signature import (
+    TRIED,
+    changes,
+    gain_many,
+    row_of,
+    scores,
+    within_threshold,
+)
 from corexy_fmi.engine.spread import Spread, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
@@ -53,7 +60,9 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
     if hypothesis.law:
         return _law_lead(base, hypothesis, problem, u, q)
     instance = hypothesis.uses[-1]
-    local = any(p.local for p in instance.effect.parameters)
+    if instance.effect.size.over == "threshold":
+        offered = replace(offered, threshold=within_threshold(base, problem, instance, u))
+    local = any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
     found = (by_run if local else scores)(base, problem, instance, u, q, offered)
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:TRIED]])
     gains = _reach(base, problem, starts, q)

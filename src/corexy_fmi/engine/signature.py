@@ -18,6 +18,7 @@ from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
 
 TRIED = 2 * LANES  # starts that are scored, and then tried, at once
+ACTS, DEEP = 1e-3, 4.0  # [std] by which an effect shows at all; depth beyond its threshold
 
 
 def row_of(problem: Problem, u: Array, instance: Instance, values: Mapping[str, float]) -> Array:
@@ -74,6 +75,19 @@ def grown(instance: Instance, values: Mapping[str, float], factor: float) -> dic
             found[p.name] = p.neutral + float(np.clip(factor, -30, 30)) * away
         found[p.name] = min(max(found[p.name], p.lower), p.upper)
     return found
+
+
+def within_threshold(
+    base: Fit, problem: Problem, instance: Instance, u: Array
+) -> tuple[float, ...]:
+    """Sizes (TRIED,) from where an effect begins to act on these data to deep within."""
+    size = instance.effect.size
+    vectors = np.array([row_of(problem, u, instance, {size.name: v}) for v in size.starts])
+    acts = np.abs(raw_changes(base, problem, vectors)).max(axis=1) > ACTS
+    known = [v for v, does in zip(size.starts, acts, strict=True) if does] or [size.starts[0]]
+    edge = max(known)
+    beyond = min((v for v in size.starts if v > edge), default=edge)
+    return tuple(np.geomspace(edge / DEEP, beyond, TRIED).tolist())
 
 
 @dataclass(frozen=True)

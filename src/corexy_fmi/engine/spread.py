@@ -30,6 +30,7 @@ class Spread:
     y: tuple[float, ...]
     frequency: tuple[float, ...]
     drive: str
+    threshold: tuple[float, ...] = ()
 
     def starts(self, instance: Instance, parameter: Parameter) -> tuple[float, ...]:
         """Values of a parameter to begin from."""

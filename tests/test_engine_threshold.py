@@ -1,0 +1,70 @@
+"""Effects that do nothing at all up to some size: fits begin where they begin to act."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_kit import machine, other_motion, pair, problem, record, with_effects
+
+from corexy_fmi.effects import catalogue
+from corexy_fmi.engine.given import make_runs
+from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.signature import ACTS, raw_changes, row_of, within_threshold
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
+
+SHARP = [e for e in catalogue().values() if e.size.over == "threshold"]
+DRIVES = {"belt_slack": "yin2018", "supply_saturation": "yin2018_dc"}
+EACH = pytest.mark.parametrize("effect", SHARP, ids=[e.name for e in SHARP])
+
+
+def use(effect, size):
+    return EffectUse(effect.name, next(iter(effect.locations)), {effect.size.name: size})
+
+
+def edge(effect, low=1e-3, high=1e3):
+    """The size beyond which a noiseless recording is that of the bare machine, by bisection."""
+    bare = machine(DRIVES[effect.name])
+    still = record(bare, other_motion(), noise=0.0)["x"]
+    while high / low > 1.001:
+        middle = np.sqrt(low * high)
+        shown = record(with_effects(bare, use(effect, middle)), other_motion(), noise=0.0)["x"]
+        low, high = (low, middle) if np.array_equal(still, shown) else (middle, high)
+    return low
+
+
+@EACH
+def test_starts_lie_where_the_effect_begins_to_act(effect):
+    bare = machine(DRIVES[effect.name])
+    base = retune(bundled_layout(), bare, problem(record(bare, other_motion()), bare).runs)
+    instance = bundled_layout().find(effect.name, next(iter(effect.locations)))
+    chosen = replace(base.problem, hypothesis=Hypothesis((instance,)))
+    u = chosen.carried(base.problem, base.u)
+    sizes = within_threshold(base, chosen, instance, u)
+    rows = np.array([row_of(chosen, u, instance, {effect.size.name: s}) for s in sizes])
+    acts = np.abs(raw_changes(base, chosen, rows)).max(axis=1) > ACTS
+    assert acts[0]
+    assert not acts[-1]
+    assert sizes[0] < 0.7 * edge(effect) < sizes[-1] < 4 * edge(effect)
+
+
+@EACH
+def test_a_little_of_it_is_found(effect):
+    """A third beyond the threshold: between starts a factor of two apart it would be missed."""
+    bare = machine(DRIVES[effect.name])
+    truth = 0.75 * edge(effect)
+    train, judge = pair(with_effects(bare, use(effect, truth)), noise=1e-6)
+    runs, _ = make_runs(train, judge, bare)
+    base = retune(bundled_layout(), bare, tuple(runs))
+    instance = bundled_layout().find(effect.name, next(iter(effect.locations)))
+    lead = screen(base, [Hypothesis((instance,))])[0]
+    unknown = lead.problem.unknowns[lead.problem.keys.index(_key(effect))]
+    began = float(unknown.value(lead.starts[0][lead.problem.keys.index(_key(effect))]))
+    assert lead.gain > 20
+    assert began == pytest.approx(truth, rel=0.2)
+
+
+def _key(effect):
+    return f"{effect.name}.{next(iter(effect.locations))}.{effect.size.name}"
