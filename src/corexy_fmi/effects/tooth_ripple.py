@@ -1,6 +1,8 @@
 """An error of belt travel at each tooth of a motor's pulley.
 
-    u = r phi + a sin(teeth phi + phase)                                                 [m]
+    u = r phi + a (sin t + p sin 2 t + q cos 2 t),   t = teeth phi + phase               [m]
+
+A tooth's mesh is no pure sine; p and q are its overtone's sine and cosine.
 
 Source: Childs et al., Proc. IMechE D 211(3), 1997 (the meshing of timing belt teeth).
 """
@@ -9,13 +11,27 @@ from corexy_fmi.effects.api import EVERYWHERE, MOTORS, PHASES, TWO_PI, Effect, L
 from corexy_fmi.kernel.xmath import cos, sin
 
 
-def mesh(travel, gain, angle, amplitude, phase, teeth):
+def mesh(travel, gain, angle, amplitude, phase, teeth, overtone_sine, overtone_cosine):
     """Belt travel [m] of a motor's pulley and its slope [m/rad]."""
     turn = teeth * angle + phase
-    return {
-        "travel": travel + amplitude * sin(turn),
-        "gain": gain + amplitude * teeth * cos(turn),
-    }
+    p, q = overtone_sine, overtone_cosine
+    wave = sin(turn) + p * sin(2 * turn) + q * cos(2 * turn)
+    slope = cos(turn) + 2 * p * cos(2 * turn) - 2 * q * sin(2 * turn)
+    return {"travel": travel + amplitude * wave, "gain": gain + amplitude * teeth * slope}
+
+
+def overtone(name):
+    """A share of the overtone."""
+    return Parameter(
+        f"overtone_{name}",
+        "1",
+        f"{name} of twice the tooth's phase, over the amplitude",
+        0.0,
+        -1.0,
+        1.0,
+        (0.0,),
+        default=0.0,
+    )
 
 
 EFFECT = Effect(
@@ -46,9 +62,12 @@ EFFECT = Effect(
             (16.0, *map(float, range(10, 16)), *map(float, range(17, 41)), 48.0, 60.0),
             log=True,
         ),
+        overtone("sine"),
+        overtone("cosine"),
     ),
     laws=(Law("transmission", mesh),),
-    equation=r"u = r\,\varphi + a \sin(z\,\varphi + \varphi_0)",
+    equation=r"u = r\,\varphi + a (\sin\theta + p \sin 2\theta + q \cos 2\theta),\ "
+    r"\theta = z\,\varphi + \varphi_0",
     citation="Childs et al. 1997, Proc. IMechE D 211(3), The meshing of timing belt teeth",
     remedy="Match belt and pulley profile, replace a worn pulley, set the pretension as specified.",
     check="Move slowly along a ruler under a microscope: the error repeats with each tooth.",

@@ -18,7 +18,8 @@ from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
 
 TRIED = 2 * LANES  # starts that are scored, and then tried, at once
-ACTS, DEEP = 1e-3, 4.0  # [std] by which an effect shows at all; depth beyond its threshold
+ACTS, ZOOMS = 1e-3, 2  # [std] by which an effect shows at all; rounds that find where
+WITHIN = (1e-3, 0.75)  # how far within the threshold fits begin, as shares of it
 
 
 def row_of(problem: Problem, u: Array, instance: Instance, values: Mapping[str, float]) -> Array:
@@ -80,14 +81,15 @@ def grown(instance: Instance, values: Mapping[str, float], factor: float) -> dic
 def within_threshold(
     base: Fit, problem: Problem, instance: Instance, u: Array
 ) -> tuple[float, ...]:
-    """Sizes (TRIED,) from where an effect begins to act on these data to deep within."""
+    """Sizes (TRIED,) just within the threshold of an effect on these data, and deeper."""
     size = instance.effect.size
-    vectors = np.array([row_of(problem, u, instance, {size.name: v}) for v in size.starts])
-    acts = np.abs(raw_changes(base, problem, vectors)).max(axis=1) > ACTS
-    known = [v for v, does in zip(size.starts, acts, strict=True) if does] or [size.starts[0]]
-    edge = max(known)
-    beyond = min((v for v in size.starts if v > edge), default=edge)
-    return tuple(np.geomspace(edge / DEEP, beyond, TRIED).tolist())
+    tried = np.array(sorted(size.starts))
+    for _ in range(1 + ZOOMS):
+        vectors = np.array([row_of(problem, u, instance, {size.name: v}) for v in tried])
+        acts = np.abs(raw_changes(base, problem, vectors)).max(axis=1) > ACTS
+        last = int(np.flatnonzero(acts).max(initial=0))
+        tried = np.geomspace(tried[last], tried[min(last + 1, len(tried) - 1)], TRIED)
+    return tuple((tried[0] * (1 - np.geomspace(*WITHIN, TRIED))).tolist())
 
 
 @dataclass(frozen=True)
