@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.screen import ASSUMED, existing_folder_or_none, label, say
+from corexy_fmi.commands.screen import ASSUMED, EffectsOption, existing_folder_or_none, label, say
+from corexy_fmi.effects import catalogue, own_effects
 from corexy_fmi.machine import load_machine
 
 
@@ -24,6 +25,7 @@ def build(
     machine: Annotated[
         str | None, typer.Option(metavar="FILE", help="Machine that the FMU holds; else yin2018.")
     ] = None,
+    effects: EffectsOption = None,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for it.", callback=existing_folder_or_none)
     ] = Path(),
@@ -46,7 +48,14 @@ def build(
     """
     from corexy_fmi.fmu.build import build_fmu
 
-    chosen = load_machine(machine or ASSUMED)
-    built = build_fmu(out, chosen if machine else None, flavour.value, all_platforms=all_platforms)
+    own = own_effects(effects)
+    chosen = load_machine(machine or ASSUMED, own)
+    built = build_fmu(
+        out,
+        chosen if machine else None,
+        flavour.value,
+        catalogue() | own,
+        all_platforms=all_platforms,
+    )
     label(chosen)
     say(f"FMU: {built} ({built.stat().st_size / 1e6:.2f} MB)")

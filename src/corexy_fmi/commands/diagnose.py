@@ -17,6 +17,7 @@ import typer
 from typer.core import TyperCommand
 
 from corexy_fmi.commands.screen import (
+    EffectsOption,
     JobsOption,
     JsonOption,
     assumed_machine,
@@ -27,7 +28,7 @@ from corexy_fmi.commands.screen import (
     say_json,
 )
 from corexy_fmi.commands.verdict import show_verdict
-from corexy_fmi.effects import catalogue, load_file
+from corexy_fmi.effects import catalogue, own_effects
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_folder
 from corexy_fmi.machine import Machine, load_machine, save_machine
@@ -73,9 +74,7 @@ def diagnose(
     machine: Annotated[
         str | None, typer.Option(metavar="FILE", help="Machine file or name; else yin2018.")
     ] = None,
-    effects: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Python file with an effect of your own.")
-    ] = None,
+    effects: EffectsOption = None,
     jobs: JobsOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -162,10 +161,8 @@ def write_diagnosis(
     save_machine(found.machine, folder / "machine.toml")
     if found.experiment is not None:
         write_recording(found.experiment.order, folder / found.experiment.order.name)
-    own = load_file(effects_file) if effects_file else None
-    known = catalogue() | {own.name: own} if own else None
     with suppress(NoCompilerError):
-        build_fmu(folder, found.machine, effects=known)
+        build_fmu(folder, found.machine, effects=catalogue() | own_effects(effects_file))
     return document
 
 
@@ -196,8 +193,7 @@ def chosen_machine(
     name: str | None, effects_file: Path | None, recordings: list[Recording]
 ) -> Machine:
     """The machine asked for, else the surrogate with the recordings' drive; fits them all."""
-    own = {effect.name: effect for effect in [load_file(effects_file)]} if effects_file else {}
-    machine = load_machine(name or assumed_machine(recordings), own)
+    machine = load_machine(name or assumed_machine(recordings), own_effects(effects_file))
     for recording in recordings:
         check_drive(recording, machine)
     return machine

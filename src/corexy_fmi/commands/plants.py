@@ -6,6 +6,7 @@ import tempfile
 from enum import StrEnum
 from pathlib import Path
 
+from corexy_fmi.effects import catalogue, own_effects
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
@@ -17,14 +18,24 @@ class Plant(StrEnum):
     model = "model"
 
 
-def run(plant: Plant, machine: Machine, command: Recording) -> Recording:
-    """Response at the rows of a command; an FMU is built for this machine."""
+def run(
+    plant: Plant, machine: Machine, command: Recording, effects_file: Path | None = None
+) -> Recording:
+    """Response at the rows of a command; an FMU is built for this machine.
+
+    ``effects_file`` holds an effect of the user's own that the machine may have.
+    """
+    from corexy_fmi.kernel.layout import layout_with
+
+    own = own_effects(effects_file)
+    layout = layout_with(own)
     if plant is Plant.model:
         from corexy_fmi.simulate import simulate
 
-        return simulate(machine, command)
+        return simulate(machine, command, layout)
     from corexy_fmi.fmu.build import build_fmu
     from corexy_fmi.fmu.runner import run_fmu
 
     with tempfile.TemporaryDirectory(prefix="corexy-") as folder:
-        return run_fmu(build_fmu(Path(folder), machine), command, machine)
+        fmu = build_fmu(Path(folder), machine, effects=catalogue() | own)
+        return run_fmu(fmu, command, machine, layout)

@@ -15,6 +15,7 @@ from corexy_fmi.commands.plants import Plant, run
 from corexy_fmi.commands.pulses import pulsed
 from corexy_fmi.commands.screen import (
     ASSUMED,
+    EffectsOption,
     JsonOption,
     MachineOption,
     console,
@@ -24,6 +25,7 @@ from corexy_fmi.commands.screen import (
     say_json,
 )
 from corexy_fmi.corners import Corner, corner_table
+from corexy_fmi.effects import own_effects
 from corexy_fmi.errors import InputError
 from corexy_fmi.figure import check_format, draw_rectangle
 from corexy_fmi.machine import Machine, load_machine
@@ -48,6 +50,7 @@ def rectangle(
     ] = None,
     machine: MachineOption = ASSUMED,
     plant: Annotated[Plant, typer.Option(help="The FMU through fmpy, or the model.")] = Plant.fmu,
+    effects: EffectsOption = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Draw ideal and simulated path.")
     ] = None,
@@ -69,14 +72,14 @@ def rectangle(
     corexy rectangle --width 0.06 --height 0.04 --speed 0.1 --accel 2 --loops 3 --machine
     light_bench --plant model --plot run.png --out run.csv
     """
-    chosen = load_machine(machine)
+    chosen = load_machine(machine, own_effects(effects))
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
     if microsteps is not None:
         order = pulsed(order, chosen, Driver(microsteps))
     if plot is not None:
         check_format(plot)
-    response = run(plant, chosen, order)
+    response = run(plant, chosen, order, effects)
     corners = corner_table(response, shape)
     metadata = {**order.metadata, **provenance(chosen, plant), **_lines(shape, corners)}
     recording = replace(response, name=out.name, metadata=metadata)

@@ -23,6 +23,10 @@ MachineOption = Annotated[
     str,
     typer.Option("--machine", metavar="FILE", help="Machine file, or the name of a bundled one."),
 ]
+EffectsOption = Annotated[
+    Path | None,
+    typer.Option("--effects", metavar="FILE", help="Python file with an effect of your own."),
+]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")]
 DaskOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, host:port.")

@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 
 from corexy_fmi.commands.plants import Plant, run
-from corexy_fmi.commands.screen import assumed_machine, label, provenance, say
+from corexy_fmi.commands.screen import EffectsOption, assumed_machine, label, provenance, say
+from corexy_fmi.effects import own_effects
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import INPUTS, check_drive, read_recording, write_recording
 
@@ -25,6 +26,7 @@ def simulate(
         str | None, typer.Option(metavar="FILE", help="Machine file or name; else yin2018.")
     ] = None,
     plant: Annotated[Plant, typer.Option(help="The model, or the FMU.")] = Plant.model,
+    effects: EffectsOption = None,
     plain: Annotated[
         bool, typer.Option("--plain", help="No metadata lines: fmpy reads the file as an input.")
     ] = False,
@@ -38,9 +40,9 @@ def simulate(
     corexy simulate run.csv --machine gt2_printer --out response.csv
     """
     given = read_recording(recording)
-    chosen = load_machine(machine or assumed_machine([given]))
+    chosen = load_machine(machine or assumed_machine([given]), own_effects(effects))
     check_drive(given, chosen)
-    response = run(plant, chosen, given)
+    response = run(plant, chosen, given, effects)
     loop = {key: text for key, text in given.metadata.items() if key in CARRIED}
     channels = {name: response[name] for name in _columns(response.channels)}
     made = replace(

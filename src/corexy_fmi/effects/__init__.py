@@ -20,6 +20,11 @@ def catalogue() -> dict[str, Effect]:
     return {module.EFFECT.name: module.EFFECT for module in modules}
 
 
+def own_effects(file: Path | None) -> dict[str, Effect]:
+    """A user's own effect by its name, or nothing without a file; raises as `load_file`."""
+    return {effect.name: effect for effect in [load_file(file)]} if file else {}
+
+
 def load_file(path: Path) -> Effect:
     """A user's own effect from one Python file; the file is executed.
 

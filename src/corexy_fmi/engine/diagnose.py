@@ -11,7 +11,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from corexy_fmi.effects import catalogue, load_file
+from corexy_fmi.effects import own_effects
 from corexy_fmi.engine import document
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.evidence import Evidence
@@ -29,7 +29,7 @@ from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
-from corexy_fmi.kernel.layout import Layout, bundled_layout, make_layout
+from corexy_fmi.kernel.layout import layout_with
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
@@ -55,13 +55,6 @@ def _workers(jobs: int) -> Iterator[Mapper]:
         yield pool.map
 
 
-def _layout(effects_file: Path | None) -> Layout:
-    if effects_file is None:
-        return bundled_layout()
-    effect = load_file(effects_file)
-    return make_layout(catalogue() | {effect.name: effect})
-
-
 def diagnose(
     train: Sequence[Recording],
     holdout: Sequence[Recording],
@@ -81,7 +74,7 @@ def diagnose(
     bit for bit, for any ``jobs``.
     """
     tell = progress or (lambda text, share: None)
-    layout = _layout(effects_file)
+    layout = layout_with(own_effects(effects_file))
     tell("checking wiring and units", 0.0)
     train, findings = preflight(train, machine)
     holdout, more = preflight(holdout, machine)

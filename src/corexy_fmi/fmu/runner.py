@@ -12,7 +12,7 @@ from corexy_fmi.fmu.session import Session, unpacked
 from corexy_fmi.fmu.variables import machine_table
 from corexy_fmi.kernel.call import Array, Excitation
 from corexy_fmi.kernel.clock import clocked, restamp
-from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.kernel.layout import Layout, bundled_layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.machine.check import machine_from
 from corexy_fmi.recording import Recording
@@ -23,7 +23,12 @@ OUTPUTS = ("x", "y", "vx", "vy", "ax", "ay", "phi1_meas", "phi2_meas")
 SPEEDS = ("omega1", "omega2")
 
 
-def run_fmu(fmu: Path, recording: Recording, machine: Machine | None = None) -> Recording:
+def run_fmu(
+    fmu: Path,
+    recording: Recording,
+    machine: Machine | None = None,
+    layout: Layout | None = None,
+) -> Recording:
     """Response of an FMU to a recording's inputs, at its rows; the channels of `simulate`.
 
     Angles are set with their rates at each row, voltages are held until the next, and the loop of
@@ -31,16 +36,16 @@ def run_fmu(fmu: Path, recording: Recording, machine: Machine | None = None) -> 
     V_n = kp (ref_n - phi_n) + kd (slope_n - omega_n), held until row n + 1.
 
     Without a machine the FMU runs as it is, with its own; with one, the FMU's parameters are set to
-    it.  Raises InputError for a file that is no FMU, and with the FMU's own sentence where it
-    refuses a value or a step.
+    it.  ``layout`` is needed for effects that are not bundled.  Raises InputError for a file that
+    is no FMU, and with the FMU's own sentence where it refuses a value or a step.
     """
     with unpacked(fmu) as folder:
         chosen = carried_machine(folder, fmu.name) if machine is None else machine
         drive = excitation(chosen, recording)
-        values = {} if machine is None else parameter_values(machine)
+        values = {} if machine is None else parameter_values(machine, layout)
         with Session(fmu, folder) as session:
             outputs, volts = _run(session, drive, values)
-    layout = bundled_layout()
+    layout = layout or bundled_layout()
     vector = machine_vector(chosen, layout)[None]
     restamp(layout, vector, recording.time, OUTPUTS, outputs[None])  # not the FMU's to do
     given = {n: v for n, v in recording.channels.items() if n in (*ANGLES, *VOLTAGES)}
@@ -67,9 +72,9 @@ def carried_machine(folder: Path, name: str) -> Machine:
     return machine_from(document, f"{name}: resources/machine.toml", name)
 
 
-def parameter_values(machine: Machine) -> dict[str, float]:
+def parameter_values(machine: Machine, layout: Layout | None = None) -> dict[str, float]:
     """Value of every parameter of the FMU by its name, for a machine; also fmpy's start_values."""
-    table = machine_table(machine, bundled_layout())
+    table = machine_table(machine, layout or bundled_layout())
     return {v.name: v.start for v in table if v.causality == "parameter" and v.start is not None}
 
 

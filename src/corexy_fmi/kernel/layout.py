@@ -74,3 +74,8 @@ def make_layout(effects: Mapping[str, Effect]) -> Layout:
 def bundled_layout() -> Layout:
     """Layout of the bundled catalogue."""
     return make_layout(catalogue())
+
+
+def layout_with(own: dict[str, Effect]) -> Layout:
+    """The bundled layout, or with a user's own effects beside the catalogue's."""
+    return make_layout(catalogue() | own) if own else bundled_layout()
