@@ -29,7 +29,7 @@ from corexy_fmi.kernel.layout import Instance
 ZOOMS, SHOWS = 2, 3.0  # rounds that narrow a time down; [nats] by which a run shows its own part
 
 
-def _parts(problem: Problem) -> list[slice]:
+def parts(problem: Problem) -> list[slice]:
     """Where the samples of each run stand in the residual."""
     edges = np.cumsum([0, *(run.count for run in problem.runs)])
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
@@ -68,7 +68,7 @@ def _waves(
     assert phase is not None
     raw = raw_changes(base, problem, np.array([row_of(problem, u, instance, r) for r in rows]))
     values, sizes, gains, spare = dict(rows[0]), [], [], 0.0
-    for run, part in zip(problem.runs, _parts(problem), strict=True):
+    for run, part in zip(problem.runs, parts(problem), strict=True):
         change = _within(raw, part, q)
         gain, factors = gain_many(base.residual, change)
         factor, values[f"{phase.name}@{run.name}"] = combined(rows, factors, phase)
@@ -124,7 +124,7 @@ def _better(
     for first in range(0, len(rows), LANES):
         block = rows[first : first + LANES]
         raw = raw_changes(base, problem, np.array([row_of(problem, u, instance, r) for r in block]))
-        for r, part in enumerate(_parts(problem)):
+        for r, part in enumerate(parts(problem)):
             key = f"{timed}@{problem.runs[r].name}"
             for row, change in zip(block, _within(raw, part, q), strict=True):
                 gain, factor = gain_one(base.residual, change)

@@ -13,6 +13,7 @@ import numpy as np
 
 from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.search import (
@@ -203,6 +204,7 @@ def compete(
     tell("fitting every effect at every place")
     fits = search(base, singles, mapper, FINALISTS)
     fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
+    fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [_refined(f) for f in fits[:1]]
     tell("looking for a second effect")

@@ -1,0 +1,88 @@
+"""Pulses too fast or weak to be seen one by one: a sine that was found may be their overtone.
+
+A stage that rings shows of a train of pulses what lies near its mode.  The train's k-th overtone is
+
+    2 h / (k pi) sin(pi k d) cos(2 pi k f (t - t_c)),   h: height, d: duty, t_c: middle of a pulse
+
+so that a sine of a known size and phase leaves k places for the pulses of each recording.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.effects.api import TWO_PI
+from corexy_fmi.engine.by_run import parts
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.pulses import EFFECT
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.call import Array
+
+OVERTONES, DUTIES = 6, (0.1, 0.2, 0.3, 0.5, 0.7, 0.85)
+TRIED, LONG = 4, 10  # trains that are fitted; iterations
+
+
+def overtone_fits(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
+    """Settled fits of pulses that the best fit, where it is a sine in time, is an overtone of."""
+    first = fits[0] if fits else base
+    uses = first.problem.hypothesis.uses
+    if first.problem.hypothesis.shaped or [i.effect.name for i in uses] != [EFFECT]:
+        return []
+    shaped = replace(first.problem, hypothesis=Hypothesis(uses, shaped=True))
+    pairs = [(k, duty) for k in range(1, OVERTONES + 1) for duty in DUTIES if _share(k, duty)]
+    placed = list(mapper(lambda pair: _placed(shaped, first, *pair), pairs))
+    best = sorted(placed, key=lambda found: found[0])[:TRIED]
+    fitted = mapper(lambda found: minimise(shaped, found[1], LONG), best)
+    return [settle(min(fitted, key=lambda fit: fit.cost))]
+
+
+def _share(k: int, duty: float) -> float:
+    """The k-th overtone over the pulses' height; 0 where they have next to none."""
+    share = 2 / (k * math.pi) * math.sin(math.pi * k * duty)
+    return share if abs(share) > 0.02 else 0.0
+
+
+def _placed(shaped: Problem, sine: Fit, k: int, duty: float) -> tuple[float, Array]:
+    """Cost and start of pulses whose k-th overtone is a sine, each run's at its best place."""
+    known = {x.key: float(x.value(sine.u[n])) for n, x in enumerate(sine.problem.unknowns)}
+    rows = np.repeat(shaped.carried(sine.problem, sine.u)[None], k, axis=0)
+    own: dict[int, int] = {}
+    prefix = f"{EFFECT}.{shaped.hypothesis.uses[0].location}."
+    for n, x in enumerate(shaped.unknowns):
+        name = x.key.removeprefix(prefix)
+        if name == "amplitude":
+            rows[:, n] = x.internal(known[x.key] / abs(_share(k, duty)))
+        elif name == "frequency":
+            rows[:, n] = x.internal(known[x.key] / k)
+        elif name == "duty":
+            rows[:, n] = x.internal(duty)
+        elif x.run is not None and name.startswith("phase@"):
+            own[x.run] = n
+            rows[:, n] = [x.internal(_phase(known[x.key], k, duty, place)) for place in range(k)]
+    white = shaped.residual(rows)
+    costs = [_cost(white[:, part], sine.jacobian[part]) for part in parts(shaped)]
+    start = rows[0].copy()
+    for run, n in own.items():
+        start[n] = rows[int(np.argmin(costs[run])), n]
+    return float(sum(cost.min() for cost in costs)), start
+
+
+def _cost(white: Array, jacobian: Array) -> Array:
+    """Squares (sets,) of one run's residuals (sets, n), off what its own retuning can do."""
+    q, _ = np.linalg.qr(jacobian)
+    return np.asarray(np.sum((white - (white @ q) @ q.T) ** 2, axis=1))
+
+
+def _phase(sine: float, k: int, duty: float, place: int) -> float:
+    """Phase [rad] of the pulses, -pi .. pi, from that of the sine and which of k places they take.
+
+    A pulse begins where f t + phase / 2 pi is whole, half a duty before its middle t_c.
+    """
+    turned = 0.0 if _share(k, duty) > 0 else 0.5
+    middle = (0.25 - sine / TWO_PI + turned + place) / k  # f t_c
+    turns = 0.5 * duty - middle
+    return TWO_PI * (turns - round(turns))
