@@ -11,6 +11,7 @@ from corexy_fmi.effects import catalogue
 from corexy_fmi.kernel.call import Excitation, run_lanes
 from corexy_fmi.kernel.compiler import SUFFIX, compile_library, native_sources, write_generated
 from corexy_fmi.kernel.layout import bundled_layout, nominal_index
+from corexy_fmi.kernel.reference import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.machine.check import STEPPER_ONLY
 from corexy_fmi.simulate import machine_vector
@@ -19,6 +20,9 @@ from corexy_fmi.topology.corexy import equivalent_stiffness
 
 MACHINES = ("yin2018", "light_bench", "gt2_printer")
 STEPPER, DC = 0, 1
+CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "x_true", "y_true", "V1", "V2")
+STEP, SAME = 1.5e-4, 1e-9
+LOOP = {"mode": "closed_loop", "kp": 20.0, "kd": 0.1}
 
 
 def vector(machine="yin2018", effects=(), **nominal):
@@ -195,3 +199,20 @@ class Probe:
     def limit(self):
         """The automatic step [s]."""
         return self.library.probe_limit(self.stage)
+
+
+def excitation(dc=False, rows=80):
+    """A short run for either drive."""
+    return drive(*lively(rows), **(LOOP if dc else {}))
+
+
+def assert_same(layout, given, values, **options):
+    """Kernel and reference agree in all channels, relative to the largest value of each."""
+    options = {"channels": CHANNELS, "limit": STEP, **options}
+    fast = run_lanes(layout, given, values[None], **options)[0]
+    slow = run_reference(layout, given, values, **options)
+    for name, found in zip(CHANNELS, fast, strict=True):
+        size = np.abs(slow[name]).max()
+        assert np.isfinite(found).all()
+        assert np.abs(found - slow[name]).max() <= SAME * size, name
+    return fast

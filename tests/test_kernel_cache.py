@@ -1,0 +1,66 @@
+"""The kernel's cache and compiler: two builds at once, keys, missing and failing compilers."""
+
+import subprocess
+import sys
+
+import pytest
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.kernel import compiler
+from corexy_fmi.kernel.layout import (
+    bundled_layout,
+    make_layout,
+)
+
+BUILD = """
+from corexy_fmi.kernel.compiler import kernel_library
+from corexy_fmi.kernel.layout import make_layout
+print(kernel_library(make_layout({}), 1))
+"""
+
+
+def test_two_builds_at_once_end_with_one_file(tmp_path, monkeypatch):
+    monkeypatch.setenv("COREXY_CACHE", str(tmp_path))
+    builds = [
+        subprocess.Popen([sys.executable, "-c", BUILD], stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    answers = {build.communicate(timeout=120)[0].strip() for build in builds}
+    assert [build.returncode for build in builds] == [0, 0]
+    assert answers == {str(path) for path in tmp_path.iterdir()}
+
+
+def test_cache_key_knows_what_decides_the_bytes(monkeypatch):
+    layout = make_layout({})
+    keys = {compiler._fingerprint(layout, 1), compiler._fingerprint(layout, 8)}
+    keys.add(compiler._fingerprint(bundled_layout(), 1))
+    monkeypatch.setattr(compiler, "FLAGS", (*compiler.FLAGS, "-DNOTHING"))
+    keys.add(compiler._fingerprint(layout, 1))
+    monkeypatch.undo()
+    monkeypatch.setattr(compiler, "native_flags", lambda lanes: ("-march=x86-64",))
+    keys.add(compiler._fingerprint(layout, 1))
+    monkeypatch.undo()
+    monkeypatch.setattr(compiler, "cpu_name", lambda: "another")
+    keys.add(compiler._fingerprint(layout, 1))
+    monkeypatch.undo()
+    assert len(keys) == 6
+    assert compiler._fingerprint(layout, 1) in keys
+
+
+def test_without_a_compiler_the_line_that_installs_one(monkeypatch):
+    compiler.find_compiler.cache_clear()
+    monkeypatch.setattr(compiler.shutil, "which", lambda name: None)
+    monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"install gcc, or the wheel 'ziglang'"):
+        compiler.find_compiler()
+    compiler.find_compiler.cache_clear()
+    monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda name: object())
+    assert compiler.find_compiler()[1:] == ("-m", "ziglang", "cc")
+    compiler.find_compiler.cache_clear()
+
+
+def test_a_failing_compiler_is_told(tmp_path):
+    (tmp_path / "bad.c").write_text("int nonsense(")
+    with pytest.raises(InputError, match="the C compiler failed"):
+        compiler.compile_library([tmp_path / "bad.c"], tmp_path / "bad.so")
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.c"]
