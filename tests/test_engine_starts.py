@@ -1,5 +1,6 @@
 """Where fits begin: starts read off the recordings, waves and single recordings scored at once."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -154,6 +155,21 @@ def test_they_are_judged_on_the_last_part_of_the_recordings_that_show_them():
         noise = fit.problem.noise[2]
         told = follow_up(bundled_layout(), chosen, late.kept[1], noise, late.before["2.csv"])
         assert (told.rms(0) < 1.5e-5) == good
+
+
+def test_the_parts_lack_the_spikes_that_the_whole_lacks():
+    fit, base = found("jump"), retuned("jump")
+    cut = []
+    for run in fit.problem.runs:
+        samples = [s.without(np.arange(len(s.index)) % 50 == 7) for s in run.samples]
+        cut.append(run.with_samples(tuple(samples)))
+    clean = replace(fit, problem=replace(fit.problem, runs=tuple(cut)))
+    late = last_parts(base, clean, [], machine())
+    whole = {run.name: run for run in cut}
+    for part in (*late.kept, *late.before.values()):
+        for samples, known in zip(part.samples, whole[part.name].samples, strict=True):
+            assert len(samples.index) > 100
+            assert set(samples.index) <= set(known.index)
 
 
 def test_without_such_parameters_nothing_changes():

@@ -1,7 +1,8 @@
 """Friction that fades while the machine warms up.
 
     f(t) = f_C (1 + extra_ratio w(t))                                                    [N]
-    c(t) = c (1 + viscous extra_ratio w(t)),  w(t) = exp(-max(t - onset, 0) / time_constant)
+    c(t) = c (1 + viscous extra_ratio w(t))                                          [N s/m]
+    w(t) = exp(-max(t - onset, 0) / time_constant)
 
 with t since the run began.  Each run sets in at its own time: a machine is cold until it moves, and
 one that moved before begins warmer, as if it had set in before the run did.

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.samples import GAP, Run, split_in_time
 from corexy_fmi.machine import Machine
@@ -49,6 +51,13 @@ def shows(fit: Fit) -> list[bool]:
     return found
 
 
+def _as_clean(part: Run, whole: Run) -> Run:
+    """A part of a recording without the samples that were left out of the whole as spikes."""
+    used = {s.channel: s.index for s in whole.samples}
+    samples = [s.without(~np.isin(s.index, used[s.channel])) for s in part.samples]
+    return part.with_samples(tuple(samples))
+
+
 def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) -> LastParts:
     """What a fit with parameters of single recordings is judged on; any other, on ``kept``."""
     if not is_local(fit):
@@ -58,7 +67,10 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
     if [r.name for r in kept] == [r.name for r in runs]:  # kept back already
         chosen = [r for r, on in zip(kept, shows(fit), strict=True) if on]
         return LastParts(retuned, fit, chosen, whole)
-    halves = [split_in_time(run.recording, machine, GAP) for run in runs]
+    halves = [
+        tuple(_as_clean(part, run) for part in split_in_time(run.recording, machine, GAP))
+        for run in runs
+    ]
     early = tuple(a for a, _ in halves)
     if any(len(a.samples) != len(run.samples) for a, run in zip(early, runs, strict=True)):
         return LastParts(retuned, fit, kept)
