@@ -65,3 +65,8 @@ def test_the_section_prints_its_counts() -> None:
     assert "2/3" in text
     assert "1/2" in text
     assert "| 0.9 .. 0.99 | 1 |" in text
+
+
+def test_a_probability_that_rounded_beyond_one_is_counted() -> None:
+    page = "\n".join(calibration.section([entry(1.0 + 2e-16, (0.0, 1.0))]))
+    assert "| 0.99 .. 1.0 | 1 |" in page

@@ -110,7 +110,7 @@ def _reliability(entries: list[Entry]) -> list[str]:
     ]
     lines += ["| probability said | cases | right [Wilson 95 %] |", "|---|---|---|"]
     for low, high in BINS:
-        inside = [right for p, right in pairs if low < p <= high]
+        inside = [right for p, right in pairs if low < min(p, 1.0) <= high]
         lines.append(f"| {low} .. {high} | {len(inside)} | {rate(sum(inside), len(inside))} |")
     return lines
 

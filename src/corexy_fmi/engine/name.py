@@ -62,7 +62,8 @@ class Competition:
     def share(self, member: tuple[str, str]) -> float:
         """Probability that an (effect, location) is among what is missing."""
         pairs = zip(self.entries, self.probability, strict=True)
-        return float(sum(p for e, p in pairs if member in e.hypothesis.key))
+        total = float(sum(p for e, p in pairs if member in e.hypothesis.key))
+        return min(total, 1.0)  # a sum of shares may round to more
 
 
 def form_floor(fit: Fit) -> float:
