@@ -6,7 +6,8 @@ import tempfile
 from enum import StrEnum
 from pathlib import Path
 
-from corexy_fmi.effects import catalogue, own_effects
+from corexy_fmi.effects import catalogue
+from corexy_fmi.effects.api import Effect
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
@@ -18,16 +19,13 @@ class Plant(StrEnum):
     model = "model"
 
 
-def run(
-    plant: Plant, machine: Machine, command: Recording, effects_file: Path | None = None
-) -> Recording:
+def run(plant: Plant, machine: Machine, command: Recording, own: dict[str, Effect]) -> Recording:
     """Response at the rows of a command; an FMU is built for this machine.
 
-    ``effects_file`` holds an effect of the user's own that the machine may have.
+    ``own`` are effects of the user's that the machine may have, by name.
     """
     from corexy_fmi.kernel.layout import layout_with
 
-    own = own_effects(effects_file)
     layout = layout_with(own)
     if plant is Plant.model:
         from corexy_fmi.simulate import simulate

@@ -72,14 +72,15 @@ def rectangle(
     corexy rectangle --width 0.06 --height 0.04 --speed 0.1 --accel 2 --loops 3 --machine
     light_bench --plant model --plot run.png --out run.csv
     """
-    chosen = load_machine(machine, own_effects(effects))
+    own = own_effects(effects)
+    chosen = load_machine(machine, own)
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
     if microsteps is not None:
         order = pulsed(order, chosen, Driver(microsteps))
     if plot is not None:
         check_format(plot)
-    response = run(plant, chosen, order, effects)
+    response = run(plant, chosen, order, own)
     corners = corner_table(response, shape)
     metadata = {**order.metadata, **provenance(chosen, plant), **_lines(shape, corners)}
     recording = replace(response, name=out.name, metadata=metadata)

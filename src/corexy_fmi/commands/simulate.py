@@ -40,9 +40,10 @@ def simulate(
     corexy simulate run.csv --machine gt2_printer --out response.csv
     """
     given = read_recording(recording)
-    chosen = load_machine(machine or assumed_machine([given]), own_effects(effects))
+    own = own_effects(effects)
+    chosen = load_machine(machine or assumed_machine([given]), own)
     check_drive(given, chosen)
-    response = run(plant, chosen, given, effects)
+    response = run(plant, chosen, given, own)
     loop = {key: text for key, text in given.metadata.items() if key in CARRIED}
     channels = {name: response[name] for name in _columns(response.channels)}
     made = replace(

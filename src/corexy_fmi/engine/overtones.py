@@ -34,7 +34,8 @@ def overtone_fits(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
         return []
     shaped = replace(first.problem, hypothesis=Hypothesis(uses, shaped=True))
     pairs = [(k, duty) for k in range(1, OVERTONES + 1) for duty in DUTIES if _share(k, duty)]
-    placed = list(mapper(lambda pair: _placed(shaped, first, *pair), pairs))
+    reach = [np.linalg.qr(first.jacobian[part])[0] for part in parts(shaped)]
+    placed = list(mapper(lambda pair: _placed(shaped, first, reach, *pair), pairs))
     best = sorted(placed, key=lambda found: found[0])[:TRIED]
     fitted = mapper(lambda found: minimise(shaped, found[1], LONG), best)
     return [settle(min(fitted, key=lambda fit: fit.cost))]
@@ -46,8 +47,13 @@ def _share(k: int, duty: float) -> float:
     return share if abs(share) > 0.02 else 0.0
 
 
-def _placed(shaped: Problem, sine: Fit, k: int, duty: float) -> tuple[float, Array]:
-    """Cost and start of pulses whose k-th overtone is a sine, each run's at its best place."""
+def _placed(
+    shaped: Problem, sine: Fit, reach: list[Array], k: int, duty: float
+) -> tuple[float, Array]:
+    """Cost and start of pulses whose k-th overtone is a sine, each run's at its best place.
+
+    ``reach``: for each run, an orthonormal basis of what its own retuning can do.
+    """
     known = {x.key: float(x.value(sine.u[n])) for n, x in enumerate(sine.problem.unknowns)}
     rows = np.repeat(shaped.carried(sine.problem, sine.u)[None], k, axis=0)
     own: dict[int, int] = {}
@@ -64,16 +70,15 @@ def _placed(shaped: Problem, sine: Fit, k: int, duty: float) -> tuple[float, Arr
             own[x.run] = n
             rows[:, n] = [x.internal(_phase(known[x.key], k, duty, place)) for place in range(k)]
     white = shaped.residual(rows)
-    costs = [_cost(white[:, part], sine.jacobian[part]) for part in parts(shaped)]
+    costs = [_cost(white[:, part], q) for part, q in zip(parts(shaped), reach, strict=True)]
     start = rows[0].copy()
     for run, n in own.items():
         start[n] = rows[int(np.argmin(costs[run])), n]
     return float(sum(cost.min() for cost in costs)), start
 
 
-def _cost(white: Array, jacobian: Array) -> Array:
-    """Squares (sets,) of one run's residuals (sets, n), off what its own retuning can do."""
-    q, _ = np.linalg.qr(jacobian)
+def _cost(white: Array, q: Array) -> Array:
+    """Squares (sets,) of one run's residuals (sets, n), off a basis (n, size)."""
     return np.asarray(np.sum((white - (white @ q) @ q.T) ** 2, axis=1))
 
 
