@@ -108,6 +108,16 @@ def test_the_driver_gives_what_it_can(name, limit, given, reached):
     assert torque[1:] == pytest.approx(gain * reached, rel=1e-3, abs=1e-5)
 
 
+def test_a_soft_supply_gives_way_before_its_limit():
+    """V / (1 + r^8)^(1/8): a twelfth is missing at the limit, nothing far above it."""
+    gain = parameters("yin2018_dc")["motor_torque_gain"]
+    for given, reached in ((4.0, 4.0 / 2**0.125), (40.0, 4.0), (1e5, 4.0), (1.0, 1.0)):
+        _, (torque,) = held(
+            [("supply_saturation", "motors", (4.0, 1.0))], (given, 0.0), ("torque1",), rows=3
+        )
+        assert torque[1:] == pytest.approx(gain * reached, rel=1e-3)
+
+
 def test_commutation_ripples_with_the_angle():
     """Turning steadily, tau = K_1 V (1 + ratio sin(order phi + phase)) but for back-EMF."""
     ratio, order, phase, p = 0.3, 7.0, 0.5, parameters("yin2018_dc")

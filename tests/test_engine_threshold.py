@@ -43,8 +43,9 @@ def test_starts_lie_where_the_effect_begins_to_act(effect):
     chosen = replace(base.problem, hypothesis=Hypothesis((instance,)))
     u = chosen.carried(base.problem, base.u)
     sizes = within_threshold(base, chosen, instance, u)
-    rows = np.array([row_of(chosen, u, instance, {effect.size.name: s}) for s in sizes])
-    acts = np.abs(raw_changes(base, chosen, rows)).max(axis=1) > ACTS
+    others = {p.name: p.starts[0] for p in effect.parameters}
+    rows = [row_of(chosen, u, instance, others | {effect.size.name: s}) for s in sizes]
+    acts = np.abs(raw_changes(base, chosen, np.array(rows))).max(axis=1) > ACTS
     assert acts[len(acts) // 2 :].all()  # the first are within a hair of it
     assert max(sizes) == pytest.approx(edge(effect), rel=0.1)
     assert min(sizes) < 0.3 * edge(effect)

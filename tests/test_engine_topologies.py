@@ -70,6 +70,5 @@ def test_retuning_finds_the_frequency(topology):
     mass = [x.key for x in problem.unknowns].index("carriage_mass")
     near[mass] = problem.unknowns[mass].internal(0.22)
     known = minimise(problem, near, 15)
-    assert minimise(problem, np.zeros(problem.size), 15).cost > known.cost + 30  # why it is needed
     found = minimise(problem, best(begun(problem, np.zeros(problem.size))).u, 15)
     assert found.cost < known.cost + 5

@@ -1,6 +1,8 @@
 """The bundled recordings of `corexy demo`: a concealed case, its twin and a null, from the plant.
 
-`python -m benchmarks.concealed.examples` writes them to examples/ again, the same bytes.
+`python -m benchmarks.concealed.examples` writes them to examples/ anew.  Those bundled are of the
+plant of an earlier day, whose steps and machine files differed a little: docs/rivals.md stands on
+them.
 """
 
 from __future__ import annotations

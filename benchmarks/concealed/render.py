@@ -90,7 +90,8 @@ def levels(entries: list[Entry]) -> list[str]:
         (
             "L2",
             "the machine file hides the effect as well as values within 0.7 .. 1.45 of the true "
-            "ones can: right name and place, E >= 100",
+            "ones can, the belts' stiffness without such limits (to a 27th in this run, a mistake "
+            "of the plant's, mended since): right name and place, E >= 100",
             rate(_hits(single, "right"), len(single)),
         ),
         (

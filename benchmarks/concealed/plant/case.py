@@ -43,9 +43,8 @@ def concealing_machine(world, retuning, planted):
     fitted again.
     """
     model, theta, start = retuning.model, retuning.last.theta, base(world.base_name, world.drive)
-    tuned = model.values(theta)
     free = [name for group in model.experiment.free for name in group]
-    scale = np.exp(-np.mean([np.log(tuned[n] / world.values[n]) for n in free]))
+    scale = np.clip(nearest(world, model.values(theta), free), *FILE_LIMIT)
     for i in range(len(model.groups)):
         model.low[i], model.high[i] = np.sinh(np.log(np.array(FILE_LIMIT) / scale))
     inside = np.clip(theta, model.low, model.high)
@@ -53,7 +52,15 @@ def concealing_machine(world, retuning, planted):
         truth = whitened(model.experiment, clean(world, planted))
         inside = fit(model, truth, inside, fresh=3).theta
     tuned = model.values(inside)
+    ratios = [tuned[n] / world.values[n] for n in free]
+    room = FILE_LIMIT[0] / min(ratios), FILE_LIMIT[1] / max(ratios)
+    scale = np.clip(nearest(world, tuned, free), *room)
     return machine_toml(start | {n: float(scale * tuned[n]) for n in free}, world.drive)
+
+
+def nearest(world, tuned, free):
+    """The common factor that brings tuned values nearest to the true ones."""
+    return np.exp(-np.mean([np.log(tuned[n] / world.values[n]) for n in free]))
 
 
 def record(world, planted):

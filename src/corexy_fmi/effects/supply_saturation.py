@@ -1,17 +1,30 @@
 """The driver gives no more than its supply.
 
-    V = clamp(V_c, -voltage, voltage)                                                    [V]
+    V = (1 - soft) clamp(V_c, -voltage, voltage) + soft V_c / (1 + (V_c / voltage)^8)^(1/8)  [V]
+
+A current limit cuts sharply (soft = 0); a supply that gives way under load has a knee (soft = 1).
 
 Source: Hippe, Windup in Control, Springer, 2006.
 """
 
 from corexy_fmi.effects.api import DC, Effect, Law, Parameter
-from corexy_fmi.kernel.xmath import clamp, select
+from corexy_fmi.kernel.xmath import clamp, select, sqrt
+
+FAR = 1e3  # times the limit: beyond it the knee is the limit itself
 
 
-def limit(applied_voltage, voltage):
+def knee(applied_voltage, voltage):
+    """The limit with a rounded corner: V / (1 + r^8)^(1/8), r = V / voltage."""
+    inside = clamp(applied_voltage, -FAR * voltage, FAR * voltage)
+    ratio = inside / (voltage + 1e-12)
+    fourth = ratio * ratio * ratio * ratio
+    return inside / sqrt(sqrt(sqrt(1.0 + fourth * fourth)))
+
+
+def limit(applied_voltage, voltage, soft):
     """Voltage [V] that reaches the motor."""
-    held = clamp(applied_voltage, -voltage, voltage)
+    sharp = clamp(applied_voltage, -voltage, voltage)
+    held = sharp + soft * (knee(applied_voltage, voltage) - sharp)
     return {"applied_voltage": select(voltage > 0, held, applied_voltage)}
 
 
@@ -33,9 +46,20 @@ EFFECT = Effect(
             scaling=-1,
             over="threshold",
         ),
+        Parameter(
+            "soft",
+            "1",
+            "share of a rounded knee in place of a sharp corner",
+            0.0,
+            0.0,
+            1.0,
+            (0.0, 1.0),
+            default=0.0,
+        ),
     ),
     laws=(Law("motor", limit),),
-    equation=r"V = \mathrm{clamp}(V_c, -V_m, V_m)",
+    equation=r"V = (1 - s)\,\mathrm{clamp}(V_c, -V_m, V_m) + "
+    r"s\,V_c / (1 + (V_c / V_m)^8)^{1/8}",
     citation="Hippe 2006, Windup in Control",
     remedy="Raise the supply voltage, or lower the acceleration and the loop's gains.",
     check="Record the motor's voltage in a quick start: it is flat at the top.",

@@ -26,7 +26,7 @@ from corexy_fmi.engine.name import Competition, compete
 from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
 from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.screen import bounds
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.kernel.layout import layout_with
@@ -93,7 +93,7 @@ def diagnose(
             Hypothesis((*fit.problem.hypothesis.uses, i))
             for i in instances(layout, machine, without)
         ]
-        leads = screen(fit, others, mapper)
+        leads = bounds(fit, others, mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
     paper = _document(
         verdict, competition, fit, proof, leads, machine, machine_assumed, not holdout

@@ -111,7 +111,10 @@ def _step(
 ) -> tuple[Array, Array, float]:
     """The best of all dampings' steps within limits: step, residual behind it, gain [nats]."""
     free = ~_at_bound(u, jacobian.T @ residual, *limits)
-    trials = np.clip(u + _directions(jacobian, residual, free), *limits)
+    trials = u + _directions(jacobian, residual, free)
+    if problem.scale_unseen(u, jacobian):
+        trials = problem.eased(trials)
+    trials = np.clip(trials, *limits)
     results = problem.residual(trials)
     tried = costs(results)
     best = int(np.argmin(tried))

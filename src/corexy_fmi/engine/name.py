@@ -31,6 +31,7 @@ TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confiden
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
 LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
+ELSEWHERE = 0.5  # share of the first one's gain that its effect has at another place, to go on
 BETTER = 1.0  # [nats] that it must gain to be taken
 FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
 
@@ -111,7 +112,7 @@ def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
 def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper) -> list[Fit]:
     """Second effects on top of the best catalogued fit, and a check of the first one."""
     named = [f for f in fits if f.problem.hypothesis.uses]
-    if not named or base.cost - named[0].cost < THRESHOLD:
+    if not named or base.cost - rank(named[0]) < THRESHOLD:
         return []
     found = search(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
     if not found:
@@ -121,7 +122,9 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     added = found[0].problem.hypothesis.uses[-1]
     alone = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
     if alone is not None and _pays(named[0], found[0], base):
-        found += search(alone, _extended(alone, singles), mapper, 2, THRESHOLD)[:2]
+        tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
+        others = [s for s in singles if s.key in tried]
+        found += search(alone, _extended(alone, others), mapper, 2, THRESHOLD)[:2]
     return [f for f in found if _pays(named[0], f, base)]
 
 
@@ -166,9 +169,16 @@ def _shaken(fit: Fit, mapper: Mapper) -> Fit:
 
 def _leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
     """The entries with those in the lead fitted again from beside their ends, best first."""
-    ahead = [e for e in entries if e.hypothesis.uses and e.gain > entries[0].gain - CLOSE]
+    named = [e for e in entries if e.hypothesis.uses]
+    ahead = [e for e in named if _leads(e, named[0])]
     again = {id(e): _entry(base, _shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
     return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
+
+
+def _leads(entry: Entry, first: Entry) -> bool:
+    """Whether an entry is close to the first, or is its effect at another place."""
+    same = [n for n, _ in entry.hypothesis.key] == [n for n, _ in first.hypothesis.key]
+    return entry.gain > first.gain - CLOSE or (same and entry.gain > ELSEWHERE * first.gain)
 
 
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:

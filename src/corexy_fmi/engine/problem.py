@@ -16,6 +16,7 @@ import numpy as np
 
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.scaling import agreeing, along, eased, unseen
 from corexy_fmi.engine.unknowns import (
     SMOOTHING,
     Hypothesis,
@@ -33,11 +34,15 @@ from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topologies import COREXY
 from corexy_fmi.topology import STAGES
 
-STEP = 1e-3  # finite difference on the internal scale
+# Finite differences on the internal scale.  Where friction catches and lets go, the residual bends
+# within thousandths: longer ones told what the data do not, and held fits where they were.
+STEP = 1e-4  # of nominal parameters and whatever is logarithmic
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 BROKEN = 1e60  # derivative from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
+EFFECT_STEP, LAW_STEP, OWN_STEP = 1e-3, 2e-3, 2e-3  # of effects, free-form laws, a run's own
+SMOOTHING_STEP = 0.02  # where sgn begins to be rounded there is no derivative
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
 
@@ -274,14 +279,18 @@ class Problem:
             slopes[:, ~wanted] = borrowed[:, ~wanted]
         residual = np.concatenate([np.zeros(samples), (u - self.prior[0]) * self.prior[1]])
         steps, at = self._steps(u), 0
+        move = along(self.unknowns, u, self.limits(), STEP)
         for r, run in enumerate(self.runs):
             here, columns = slice(at, at := at + run.count), self._columns(r, wanted)
-            sets = np.repeat(u[None], len(columns) + 1, axis=0)
+            sets = np.repeat(u[None], len(columns) + 2, axis=0)
             sets[1 + np.arange(len(columns)), columns] += steps[columns]
+            sets[-1] += move
             white = self._whiten(self.errors(sets, r), r)
             residual[here] = white[0]
             with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
-                slopes[here, columns] = ((white[1:] - white[0]) / steps[columns, None]).T
+                change = white[1:] - white[0]
+                slopes[here, columns] = (change[:-1] / steps[columns, None]).T
+                slopes[here] = agreeing(slopes[here], move, change[-1])
         broken = ~(np.abs(slopes[:samples]).max(axis=0, initial=0.0) < BROKEN)
         slopes[:samples, broken] = 0.0
         return residual, slopes
@@ -297,20 +306,28 @@ class Problem:
         """Step of each difference, turned inwards at an upper bound."""
         steps = np.full(self.size, STEP)
         longest = max(float(np.ptp(run.excitation.time)) for run in self.runs)
-        steps[len(self.unknowns) :] = 0.02
+        steps[len(self.unknowns) :] = OWN_STEP
         for k, unknown in enumerate(self.unknowns):
             if "free_form" in unknown.key:
-                steps[k] = 0.02
+                steps[k] = LAW_STEP
             elif unknown.wave:
                 turns = float(unknown.value(u[k])) * max(longest, 1.0)
                 steps[k] = min(WAVE_STEP, 0.02 / turns)
             elif unknown.key == SMOOTHING:
-                steps[k] = 0.2  # where sgn begins to be rounded there is no derivative
+                steps[k] = SMOOTHING_STEP
             elif "." in unknown.key and not unknown.log:
-                steps[k] = SHARP_STEP if self.hypothesis.shaped else 0.01
+                steps[k] = SHARP_STEP if self.hypothesis.shaped else EFFECT_STEP
             if u[k] + steps[k] > unknown.limits()[1]:
                 steps[k] = -steps[k]
         return steps
+
+    def scale_unseen(self, u: Array, jacobian: Array) -> bool:
+        """Whether a Jacobian (samples + size, size) at u tells no common factor of all forces."""
+        return unseen(self.unknowns, u, jacobian[: -self.size], self.prior[1])
+
+    def eased(self, sets: Array) -> Array:
+        """Sets (sets, size), each with the common factor of all forces that its priors like."""
+        return np.array([eased(self.unknowns, u, self.prior[1]) for u in sets])
 
     def limits(self) -> tuple[Array, Array]:
         """Lower and upper bounds of u, (size,) each."""

@@ -16,6 +16,7 @@ from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import (
     TRIED,
+    Score,
     changes,
     gain_many,
     row_of,
@@ -25,6 +26,7 @@ from corexy_fmi.engine.signature import (
 from corexy_fmi.engine.spread import Spread, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.layout import Instance
 
 KEPT, WORTH = 4, 0.3  # starts that a lead offers at most; share of the best one's gain
 
@@ -60,10 +62,7 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
     if hypothesis.law:
         return _law_lead(base, hypothesis, problem, u, q)
     instance = hypothesis.uses[-1]
-    if instance.effect.size.over == "threshold":
-        offered = replace(offered, threshold=within_threshold(base, problem, instance, u))
-    local = any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
-    found = (by_run if local else scores)(base, problem, instance, u, q, offered)
+    found = _scored(base, problem, instance, q, offered)
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:TRIED]])
     gains = _reach(base, problem, starts, q)
     order = np.argsort(-gains, kind="stable")[:KEPT]
@@ -72,6 +71,17 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
     linear = max(found[0].gain, top)
     bound = max(score.bound for score in found)
     return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base, bound)
+
+
+def _scored(
+    base: Fit, problem: Problem, instance: Instance, q: Array, offered: Spread
+) -> list[Score]:
+    """Scores of all starts of one effect, best first."""
+    u = problem.carried(base.problem, base.u)
+    if instance.effect.size.over == "threshold":
+        offered = replace(offered, threshold=within_threshold(base, problem, instance, u))
+    local = any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
+    return (by_run if local else scores)(base, problem, instance, u, q, offered)
 
 
 def _law_lead(base: Fit, hypothesis: Hypothesis, problem: Problem, u: Array, q: Array) -> Lead:
@@ -89,12 +99,26 @@ def _reach(base: Fit, problem: Problem, starts: Array, q: Array) -> Array:
     """Gain [nats] (sets,) of each start as it is, nominal parameters retuned linearly."""
     count = sum(r.count for r in problem.runs)
     with np.errstate(over="ignore", invalid="ignore"):
-        white = np.zeros((len(starts), len(base.residual)))
+        white = np.repeat(base.residual[None], len(starts), axis=0)  # pulls stay as they are
         white[:, :count] = problem.residual(starts)[:, :count]
         left = white - (white @ q) @ q.T
         costs = 0.5 * np.sum(left**2, axis=1)
     own = base.residual - q @ (q.T @ base.residual)
     return 0.5 * float(own @ own) - np.where(np.isfinite(costs), costs, np.inf)
+
+
+def bounds(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:
+    """Leads of catalogued candidates as far as their bounds go: none is tried as a start."""
+    q, _ = np.linalg.qr(base.jacobian)
+    offered = spread(base)
+
+    def one(hypothesis: Hypothesis) -> Lead:
+        problem = replace(base.problem, hypothesis=hypothesis)
+        found = _scored(base, problem, hypothesis.uses[-1], q, offered)
+        gain, bound = found[0].gain, max(score.bound for score in found)
+        return Lead(hypothesis, problem, gain, (), base, bound)
+
+    return list(mapper(one, candidates))  # type: ignore[operator]
 
 
 def screen(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:

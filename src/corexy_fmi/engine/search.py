@@ -17,6 +17,7 @@ AHEAD, AHEAD_BLEACHED, SHORT, FINALISTS, LAWS = 16, 6, 3, 6, 4
 CLOSE, CLOSE_SHARE = 40.0, 0.25  # [nats]; share of the best one's gain: behind both all is lost
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
+PROMISING, OWED = 20.0, 0.5  # [nats] of a lead whose short fit must gain this share, or goes on
 LEAST = 1.5  # [nats] that any other lead gains in the screen
 STIFFER = 1.2  # log of the factor
 LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
@@ -47,12 +48,21 @@ def _glance(lead: Lead) -> Fit:
 
 
 def _short(seen: tuple[Lead, Fit]) -> Fit:
-    """A short fit from the start that goes furthest in one iteration."""
+    """A short fit from the start that goes furthest in one iteration; a full one where it stays far
+    behind what its lead promised: stiffer belts must make room for a soft motor, which takes time.
+    """
     lead, first = seen
     near = lead.borrowed()
     begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
     best = min(begun, key=lambda f: f.cost)
-    return minimise(lead.problem, best.u, 1, 0.5, near, SHORT)
+    found = minimise(lead.problem, best.u, 1, 0.5, near, SHORT)
+    owes = lead.gain > PROMISING and lead.base.cost - found.cost < OWED * lead.gain
+    return _long(found) if owes else found
+
+
+def _hoped(lead: Lead, seen: Fit) -> float:
+    """Nats that a lead may gain: one step may mislead where much moves at once."""
+    return max(lead.base.cost - rank(seen), OWED * lead.gain)
 
 
 def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
@@ -60,8 +70,7 @@ def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
     as seen.
     """
     seen = list(zip(leads, mapper(_glance, leads), strict=True))
-    # one step may mislead where much moves at once: the screen's first go on in any case
-    order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, rank(seen[n][1])))
+    order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, -_hoped(*seen[n])))
     ahead = [seen[n] for n in order[:count]]
     return sorted(mapper(_short, ahead), key=rank) + [seen[n][1] for n in order[count:]]
 

@@ -83,9 +83,11 @@ def within_threshold(
 ) -> tuple[float, ...]:
     """Sizes (TRIED,) just within the threshold of an effect on these data, and deeper."""
     size = instance.effect.size
+    others = {p.name: p.starts[0] for p in instance.effect.parameters}
     tried = np.array(sorted(size.starts))
     for _ in range(1 + ZOOMS):
-        vectors = np.array([row_of(problem, u, instance, {size.name: v}) for v in tried])
+        rows = [others | {size.name: v} for v in tried]
+        vectors = np.array([row_of(problem, u, instance, row) for row in rows])
         acts = np.abs(raw_changes(base, problem, vectors)).max(axis=1) > ACTS
         last = int(np.flatnonzero(acts).max(initial=0))
         tried = np.geomspace(tried[last], tried[min(last + 1, len(tried) - 1)], TRIED)

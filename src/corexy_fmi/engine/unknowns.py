@@ -29,7 +29,7 @@ SMOOTHING = "friction_smoothing"  # numerics of sgn: a nuisance, always free (EN
 SMOOTH_SPEED = 2e-4  # [m/s] its scale
 REACH = 6.0  # a nominal parameter stays within this factor of the machine file
 ANY_EXTENT = {"1": math.inf, "Hz": math.inf}  # turns of a motor, seconds
-COLLINEAR = ("pulley_mass",)  # acts through M alone, as bridge_mass does (eq. 4)
+COLLINEAR = {"pulley_mass": ("bridge_mass", 4)}  # held: four of it act as that does, in M (eq. 4)
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,8 @@ class Unknown:
     prior_std: float = math.inf
     wave: bool = False  # a count or frequency of waves: valleys of the fit are narrow
     run: int | None = None  # the one run that it belongs to; None: all
+    force: bool = False  # a mass, force or stiffness: its unit holds newtons or kilograms
+    held: float = 0.0  # what acts as it does, is not fitted, and grows with the unit of force, too
 
     def value(self, u: Array | float) -> Array:
         """Physical value at u."""
@@ -105,6 +107,17 @@ class Hypothesis:
         return " + ".join(f"{n} at {loc}" for n, loc in self.key) + law or "nothing"
 
 
+def _weighs(unit: str) -> bool:
+    """Whether what has that unit grows with the unit of force."""
+    return unit.startswith(("N", "kg"))
+
+
+def _held(machine: Machine, name: str) -> float:
+    """What stands beside a parameter in the same sum, held."""
+    beside = [(k, n) for k, (to, n) in COLLINEAR.items() if to == name]
+    return sum(n * machine.parameters.get(k, 0.0) for k, n in beside)
+
+
 def nominal_unknowns(machine: Machine, frees_rotor: bool) -> list[Unknown]:
     """The nominal parameters that these data can move and that the machine file leaves free."""
     idle = set(COLLINEAR)
@@ -121,7 +134,8 @@ def nominal_unknowns(machine: Machine, frees_rotor: bool) -> list[Unknown]:
         low, high = max(p.lower, value / REACH), min(p.upper, value * REACH)
         log = p.name == STIFFNESS
         scale = 1.0 if log else value
-        result.append(Unknown(p.name, p.place, value, scale, log, (low, high), std))
+        own = Unknown(p.name, p.place, value, scale, log, (low, high), std, force=_weighs(p.unit))
+        result.append(replace(own, held=_held(machine, p.name)))
     index = PLACES[SMOOTHING]
     centre, typical = machine.parameters[SMOOTHING], SMOOTH_SPEED
     result.append(Unknown(SMOOTHING, index, centre, typical, False, (0.0, 20 * typical), 2.0))
@@ -140,7 +154,8 @@ def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> U
         bounds = (parameter.upper * 1e-6, parameter.upper)
     key = f"{instance.effect.name}.{instance.location}.{parameter.name}"
     wave = log and not parameter.size and any(p.periodic for p in instance.effect.parameters)
-    return Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave)
+    force = _weighs(parameter.unit_at(instance.location))
+    return Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave, force=force)
 
 
 def effect_unknowns(
@@ -173,7 +188,14 @@ def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
     limit = (-1e4 * law.scale, 1e4 * law.scale)
     return [
         Unknown(
-            f"free_form.{law.location}.values[{i}]", first + i, 0.0, law.scale, False, limit, 30.0
+            f"free_form.{law.location}.values[{i}]",
+            first + i,
+            0.0,
+            law.scale,
+            False,
+            limit,
+            30.0,
+            force=True,
         )
         for i in range(len(law.knots))
     ]
