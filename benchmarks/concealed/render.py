@@ -178,7 +178,7 @@ def full() -> list[str]:
         f"far, engine at commit {commits}; all 35 effects are planted, and all compete. Before it, "
         "draws on other seeds were development: forms of the plant's that were left open then (the "
         "viscous friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
-        "`driver_deadband`) are inside the catalogue since.",
+        "`driver_deadband`, the knee of `supply_saturation`) are inside the catalogue since.",
         "",
         *headline(entries, FULL_AIMS),
         "",

@@ -16,9 +16,10 @@ FAR = 1e3  # times the limit: beyond it the knee is the limit itself
 def knee(applied_voltage, voltage):
     """The limit with a rounded corner: V / (1 + r^8)^(1/8), r = V / voltage."""
     inside = clamp(applied_voltage, -FAR * voltage, FAR * voltage)
-    ratio = inside / (voltage + 1e-12)
-    fourth = ratio * ratio * ratio * ratio
-    return inside / sqrt(sqrt(sqrt(1.0 + fourth * fourth)))
+    held = voltage + 1e-12  # 0 switches the effect off, and must not divide
+    eighth = held * held * held * held * held * held * held * held
+    eighth += inside * inside * inside * inside * inside * inside * inside * inside
+    return inside * held / sqrt(sqrt(sqrt(eighth)))
 
 
 def limit(applied_voltage, voltage, soft):

@@ -13,7 +13,19 @@ from sympy.printing.c import C99CodePrinter
 # of stage_math.h, which the compiler vectorises
 FUNCTIONS = {"exp": "exponential", "sin": "sine", "cos": "cosine"}
 FUNCTIONS |= {"larger": "larger", "smaller": "smaller"}
-_expand_powers = create_expand_pow_optimization(4)
+_expand_powers = create_expand_pow_optimization(8)
+
+
+class _Printer(C99CodePrinter):
+    """C without `pow`: SymPy makes one power of nested roots, which are printed as roots again."""
+
+    def _print_Pow(self, expr: Any) -> str:  # noqa: N802, SymPy's name
+        base, exponent = expr.as_base_exp()
+        roots = {sympy.Rational(1, 2**n): n for n in (2, 3)}.get(abs(exponent))
+        if roots is None:
+            return str(super()._print_Pow(expr))
+        inner = "sqrt(" * roots + self._print(base) + ")" * roots
+        return f"1.0/{inner}" if exponent < 0 else inner
 
 
 def argument_names(function: Callable[..., Any]) -> list[str]:
@@ -29,9 +41,7 @@ def symbols(names: list[str]) -> dict[str, sympy.Symbol]:
 def c_expression(expression: Any) -> str:
     """One expression as C."""
     return str(
-        C99CodePrinter({"user_functions": FUNCTIONS}).doprint(
-            _expand_powers(sympy.sympify(expression))
-        )
+        _Printer({"user_functions": FUNCTIONS}).doprint(_expand_powers(sympy.sympify(expression)))
     )
 
 
