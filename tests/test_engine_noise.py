@@ -106,7 +106,7 @@ def test_quick_noise_sees_through_motion():
 def test_quick_noise_of_a_coarse_sensor_is_its_rounding():
     recording = record(machine(), short_motion(), noise=0.0)
     coarse = 1e-3 * np.round(recording["x"] / 1e-3)
-    samples = Samples.of("x", coarse, np.ones(len(coarse), dtype=bool))
+    samples = Samples.of("x", coarse, recording.time, np.ones(len(coarse), dtype=bool))
     assert quick_noise(samples) == pytest.approx(1e-3 / np.sqrt(12))
 
 
@@ -125,7 +125,7 @@ def test_samples_of_a_tracker():
 def test_a_dropout_breaks_the_samples():
     values = np.arange(100.0)
     values[40:45] = np.nan
-    samples = Samples.of("x", values, np.ones(100, dtype=bool))
+    samples = Samples.of("x", values, 1e-3 * np.arange(100), np.ones(100, dtype=bool))
     assert np.flatnonzero(samples.breaks).tolist() == [0, 40]
     assert len(samples.index) == 95
     drop = np.zeros(95, dtype=bool)
@@ -158,34 +158,64 @@ def test_a_short_recording_keeps_something_back():
     assert len(late.samples[0].index) > 20
 
 
+def clock(count):
+    return 1e-3 * np.arange(count)
+
+
 def test_spikes_are_seen():
     errors = coloured((0.9,), 0.1, 2000)
     bad = np.array([100, 500, 900, 1500])
     errors[bad] += np.array([20.0, -30.0, 25.0, 20.0])
-    assert np.flatnonzero(spikes(errors, unbroken(len(errors)))).tolist() == bad.tolist()
+    assert np.flatnonzero(spikes(errors, clock(2000))).tolist() == bad.tolist()
 
 
-def test_beside_a_gap_nobody_can_tell():
+@pytest.mark.parametrize("at", [47, 48, 49, 50, 51, 52])
+@pytest.mark.parametrize("gap", [0.6e-3, 2e-3, 0.1])
+def test_spikes_are_seen_beside_a_gap(at, gap):
     errors = 0.1 * np.random.default_rng(2).normal(size=100)
-    errors[50] += 10.0
-    gap = unbroken(100)
-    assert spikes(errors, gap).sum() == 1
-    gap[51] = True
-    assert not spikes(errors, gap).any()
-    assert not spikes(errors[:4], gap[:4]).any()
-    assert not spikes(np.zeros(100), unbroken(100)).any()
+    time = clock(100)
+    time[50:] += gap
+    assert not spikes(errors, time).any()
+    errors[at] += 10.0
+    assert np.flatnonzero(spikes(errors, time)).tolist() == [at]
 
 
+def test_few_samples_or_silent_ones_have_no_spikes():
+    assert not spikes(np.array([0.0, 0.0, 9.0, 0.1]), clock(4)).any()
+    assert not spikes(np.zeros(100), clock(100)).any()
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.1])
 @pytest.mark.parametrize("shape", ["step", "ramp", "peak of three samples"])
-def test_physics_is_no_spike(shape):
+def test_physics_is_no_spike(shape, gap):
     errors = 0.1 * np.random.default_rng(2).normal(size=400)
+    time = clock(400)
+    time[200:] += gap
     if shape == "step":
         errors[200:] += 10.0
     elif shape == "ramp":
         errors += np.interp(np.arange(400), [190, 200, 210], [0.0, 20.0, 0.0])
     else:
         errors[199:202] += 10.0
-    assert not spikes(errors, unbroken(400)).any()
+    assert not spikes(errors, time).any()
+
+
+def test_a_missing_row_parts_no_samples_that_come_in_time():
+    time = 1e-3 * np.delete(np.arange(1000), [205, 733])
+    values = np.where(np.rint(time / 1e-3) % 10 == 0, 1.0, np.nan)
+    samples = Samples.of("x", values, time, np.ones(998, dtype=bool))
+    assert set(np.diff(samples.index)) == {9, 10}
+    assert np.flatnonzero(samples.breaks).tolist() == [0]
+    lost = np.delete(np.arange(998), samples.index[40])
+    samples = Samples.of("x", values[lost], time[lost], np.ones(997, dtype=bool))
+    assert np.flatnonzero(samples.breaks).tolist() == [0, 40]
+
+
+def test_stamps_that_scatter_part_no_samples():
+    rng = np.random.default_rng(1)
+    time = np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 500))
+    samples = Samples.of("x", time, time, np.ones(500, dtype=bool))
+    assert np.flatnonzero(samples.breaks).tolist() == [0]
 
 
 def test_spikes_are_left_out_of_a_fit_and_nothing_else():

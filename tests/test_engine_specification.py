@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.fit import settle
+from corexy_fmi.engine.clean import without_spikes
+from corexy_fmi.engine.fit import minimise, settle
 from corexy_fmi.engine.quiet import at_rest, independent
 from corexy_fmi.engine.samples import make_run
 from corexy_fmi.engine.specification import functions, leftover
@@ -47,6 +48,39 @@ def test_the_right_model_leaves_nothing(use):
     found = left((use,) if use else (), use)
     assert not found.matters(0.0)
     assert abs(found.score) < 4
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_dirty_noise_leaves_nothing(seed):
+    """A slow tracker, coloured, with spikes and blanks, rows of the file lost besides."""
+    recording = _dirty(record(machine(BENCH), rich_motion(), noise=0.0, tracker=5), seed)
+    first = fitted(problem(recording, machine(BENCH)))
+    runs = without_spikes(first)
+    cleaned = settle(minimise(replace(first.problem, runs=runs), first.u, 6))
+    assert abs(leftover(cleaned).score) < 4
+    for samples in runs[0].samples:
+        assert samples.breaks.mean() < 0.05
+    white = cleaned.residual[: runs[0].count]
+    assert np.mean(white**4) < 4
+
+
+def _dirty(recording, seed):
+    random, count = np.random.default_rng(seed), len(recording)
+    channels = dict(recording.channels)
+    for name in ("x", "y"):
+        taken = np.flatnonzero(np.isfinite(channels[name]))
+        noise = random.normal(size=len(taken))
+        for k in range(1, len(noise)):
+            noise[k] += 0.6 * noise[k - 1]
+        noise += 15 * (random.random(len(taken)) < 0.005)
+        channels[name] = channels[name].copy()
+        channels[name][taken] += NOISE * noise
+        for burst in random.integers(0, count - 100, 3):
+            channels[name][burst : burst + 100] = np.nan
+    kept = random.random(count) > 0.01
+    kept[0] = kept[-1] = True
+    lost = {n: v[kept] for n, v in channels.items()}
+    return replace(recording, time=recording.time[kept], channels=lost)
 
 
 def test_voltages_command_no_motion():

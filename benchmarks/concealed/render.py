@@ -151,7 +151,8 @@ def earlier() -> list[str]:
     """The runs before this one, of engines that were changed since: large ones in full."""
     groups: dict[str, list[Entry]] = {}
     for e in read(RESULTS / "earlier.jsonl"):
-        groups.setdefault(e["commit"][:12], []).append(e)
+        full = e["wanted"].get("catalogue") == "full"
+        groups.setdefault(e["commit"][:12] + ", all 35 effects" * full, []).append(e)
     if not groups:
         return []
     lines = ["## Earlier runs", "", "Runs of engines that were changed since, on other seeds:", ""]
@@ -202,6 +203,8 @@ def page(entries: list[Entry], command: str) -> str:
         "In hard cases the plant overstates E (docs/dev/PLAN.md).",
         "Its forms of backlash and of belt stiffness were inside the catalogue, since earlier runs",
         "left them open (`hold`, `parallel`), as were two of its three of Stribeck friction.",
+        "Its constant force began with the recording, out of balance, which alone shows it where",
+        "offsets are free: a mistake of the plant's, mended since (a known zero shows it now).",
         "What changed in the engine since stands in the changelog; this run says nothing of it.",
         "",
         *headline(entries),

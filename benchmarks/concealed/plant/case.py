@@ -74,8 +74,8 @@ def record(world, planted):
         if world.noise["jitter"] > 0.0:
             seen = jittered(rng, w, run, world.noise)
         shown = noisy(rng, run, seen, world.masks[i], world.noise)
-        taken = {name: mask for name, (_, _, mask) in world.masks[i].items()}
-        texts[name] = csv_text(run, shown, taken, world.drive)
+        taken = {name: mask for name, (_, _, mask, _) in world.masks[i].items()}
+        texts[name] = csv_text(run, shown, taken, world.drive, world.zeroed)
     return texts, dict(zip(FILES, still, strict=True))
 
 
@@ -128,8 +128,8 @@ def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=Non
     """A case from its seed; whatever is None is drawn. Same arguments, same bytes.
 
     `catalogue`: "ten" is the draw of the published proof; "full" draws from all 35 effects, and
-    dirty noise, too; where a drawn machine shows less than a third of the evidence at the largest
-    size, the case moves to yin2018, whose belts give most.
+    dirty noise, too; where a drawn machine shows less than a third of the evidence (at the largest
+    size, or the largest at which no rotor slips), the case moves to yin2018, whose belts give most.
     """
     rng = stream(seed, "case")
     drawn_kind, drawn_target = rng.choice(KINDS, p=SHARES), rng.choice(TARGETS)
@@ -137,8 +137,10 @@ def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=Non
     target = float(target_E or drawn_target)
     world = draw_world(seed, setting, machine, noise, kind, catalogue)
     planted = choose(seed, world, kind, effect, location)
+    if any(one.effect.name == "constant_force" for one in planted):
+        world = draw_world(seed, setting, machine, noise, kind, catalogue, leans=True)
     planted, verdicts, retuning = scaled_and_judged(world, planted, target)
-    faint = len(planted) == 1 and planted[0].at_bound() and verdicts[0]["E"] < target / 3
+    faint = len(planted) == 1 and verdicts[0]["E"] < target / 3
     if catalogue != "ten" and faint and machine is None and world.base_name != "yin2018":
         drawn = (seed, kind, effect, location, setting, target_E, noise)
         return draw(*drawn, machine="yin2018", catalogue=catalogue)

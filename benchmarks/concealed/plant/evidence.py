@@ -2,7 +2,8 @@
 
 E = min over nominal parameters and nuisances of (s - m)' S^-1 (s - m), with s the noise-free
 truth, m the nominal model, S the noise covariance. A constant offset of each measured channel
-is projected out; nominal parameters and initial belt deflections are fitted.
+is projected out unless it has the inputs' zero; nominal parameters and initial belt deflections
+are fitted.
 """
 
 from dataclasses import dataclass
@@ -28,12 +29,12 @@ class Experiment:
     values: dict
     free: tuple  # groups of nominal parameters that are retuned together
     runs: tuple
-    noise: tuple  # per run: channel -> (sigma, rho, taken mask)
+    noise: tuple  # per run: channel -> (sigma, rho, taken mask, whether it has the inputs' zero)
 
 
 @njit(cache=True)
-def whiten(values, sigma, rho, taken):
-    """Exact whitening of AR(1) noise with blanks, a constant offset projected out.
+def whiten(values, sigma, rho, taken, zeroed=False):
+    """Exact whitening of AR(1) noise with blanks, a constant offset projected out unless zeroed.
 
     rho belongs to one sampling interval, which is the smallest distance of two samples.
     """
@@ -49,7 +50,7 @@ def whiten(values, sigma, rho, taken):
         one[k] = gain * (1.0 - fade)
         onto += out[k] * one[k]
         norm += one[k] * one[k]
-    for k in range(len(rows)):
+    for k in range(0 if zeroed else len(rows)):
         out[k] -= one[k] * onto / norm
     return out
 

@@ -232,7 +232,8 @@ MORE = (
         "cable_drag", AXES, "stiffness", (0.02, 60.0),
         on_axes("cable", "stiffness", cable_center="center", cable_form="law"), 0.5,
         shape=lambda rng: {"center": float(rng.uniform(-0.05, 0.05))}, form=one_of(2),
-        grid=({"center": 0.0},), on_stage=True,
+        # one that ends at the frame pulls nearly evenly
+        grid=tuple({"center": c} for c in (-0.3, 0.0, 0.3)), on_stage=True,
     ),
     # a sine, or rounded pulses; imposed angles leave a torque on a motor without effect
     Effect(

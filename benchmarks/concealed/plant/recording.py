@@ -77,6 +77,25 @@ def turned(w, angles):
     return out
 
 
+def leaning(w, angles, deflection):
+    """Where a constant force, which was there before the recording, holds rotors and belts: all
+    belts as long as nominal, rotors held by their magnetic springs or by the loop.
+    """
+    force = np.array([w[SLOT["force_x"]], w[SLOT["force_y"]]])
+    if not force.any():
+        return angles, deflection
+    near = (w[SLOT["bridge_pulley_spacing"]] - w[SLOT["clip_spacing"]]) / 2
+    high, wide = w[SLOT["motor_idler_span"]], w[SLOT["bridge_pulley_spacing"]]
+    parts = 1.0 / (near + high / 2), 1.0 / (high * 1.5 + wide + near)
+    sections = w[SLOT["belt_axial_stiffness"]] * sum(parts)
+    spring = 50.0 * w[SLOT["holding_torque"]]
+    if w[SLOT["dc"]] != 0.0:
+        spring = w[SLOT["motor_torque_gain"]] * w[SLOT["kp"]]
+    torque = w[SLOT["pulley_radius"]] / 2 * np.array([force.sum(), force[0] - force[1]])
+    turn = torque / spring if spring > 0.0 else np.zeros(2)
+    return angles + turn, np.asarray(deflection) + force / (2.0 * sections)
+
+
 def rest_position(w, angles, deflection):
     """Coordinates at rest: idlers in static balance between the motors and the end-effector."""
     r, (a1, a2), (dx, dy) = w[SLOT["pulley_radius"]], angles, deflection
@@ -116,7 +135,7 @@ def trajectory(w, run, deflection=None):
     w = per_recording(w, run)
     ref, fine = commanded(w, run)
     bend = run.deflection if deflection is None else deflection
-    q0 = rest_position(w, turned(w, ref[0]), bend)
+    q0 = rest_position(w, *leaning(w, turned(w, ref[0]), bend))
     gaps = w[SLOT["gap1"] : SLOT["gap1"] + 2]
     memory = 0.5 * run.play * gaps + (ref[0] if w[SLOT["gap_form"]] == 1.0 else 0.0)
     blown = w[SLOT["odd_kind"]] in (7.0, 8.0)
@@ -172,9 +191,11 @@ def measured(names):
     return [n for n in names if n not in ("V1", "V2")]
 
 
-def csv_text(run, shown, taken, drive):
-    """A recording; cells that were not taken are blank."""
+def csv_text(run, shown, taken, drive, zeroed=False):
+    """A recording; cells that were not taken are blank; `zeroed`: x, y have the inputs' zero."""
     out = io.StringIO()
+    if zeroed:
+        out.write("# zero: x, y\n")
     if drive == "dc":
         out.write(f"# controller: pd kp={GAINS['kp']!r} kd={GAINS['kd']!r}\n")
     order = [n for n in ("V1", "V2", "phi1_meas", "phi2_meas", "x", "y") if n in shown]

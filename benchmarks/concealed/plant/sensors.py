@@ -56,18 +56,18 @@ def bursts(rng, taken, share):
     return taken
 
 
-def draw_masks(rng, spec, runs, drive):
-    """Per run: channel -> (sigma, rho, which rows were taken)."""
+def draw_masks(rng, spec, runs, drive, zeroed=False):
+    """Per run: channel -> (sigma, rho, which rows were taken, whether it has the inputs' zero)."""
     out = []
     for run in runs:
         grid = np.arange(len(run.ref)) % run.every == 0
         grid[list(run.missing)] = False
         seen = bursts(rng, grid, spec["dropout"])
-        one = dict.fromkeys(("x", "y"), (spec["sigma"], spec["rho"], seen))
+        one = dict.fromkeys(("x", "y"), (spec["sigma"], spec["rho"], seen, zeroed))
         if drive == "dc":
             full = np.ones(len(run.ref), bool)
             full[list(run.missing)] = False
-            one |= {f"phi{i}_meas": (spec["sigma_phi"], 0.0, full) for i in (1, 2)}
+            one |= {f"phi{i}_meas": (spec["sigma_phi"], 0.0, full, False) for i in (1, 2)}
         out.append(one)
     return tuple(out)
 
@@ -85,7 +85,7 @@ def noisy(rng, run, clean, masks, spec):
     """The channels as recorded."""
     out = dict(clean)
     for name in measured(clean):
-        sigma, rho, taken = masks[name]
+        sigma, rho, taken, _ = masks[name]
         every = run.every if name in "xy" else 1
         grid = np.arange(0, len(taken), every)
         noise = sigma * ar1(rng, len(grid), rho)

@@ -16,6 +16,7 @@ from .sensors import draw_masks, noise_spec
 
 CATALOGUES = {"ten": CATALOGUE, "full": FULL}
 SETTINGS = ("rectangles", "commissioning", "dc")
+ZEROED = 0.2  # share of recordings whose x, y have the inputs' zero
 FILES = ("train1.csv", "train2.csv", "holdout1.csv")
 
 
@@ -31,6 +32,7 @@ class World:
     masks: tuple
     noise: dict
     known: str = "ten"
+    zeroed: bool = False  # x, y have the inputs' zero
 
     @property
     def catalogue(self):
@@ -86,7 +88,7 @@ def own_of(run, rng, spec):
     )
 
 
-def draw_world(seed, setting, machine, noise, kind, known):
+def draw_world(seed, setting, machine, noise, kind, known, leans=False):
     rng = stream(seed, "world")
     drawn = SETTINGS[rng.integers(0, 3)]
     setting = setting or drawn
@@ -99,8 +101,10 @@ def draw_world(seed, setting, machine, noise, kind, known):
     if rng:
         runs = tuple(own_of(run, rng, spec) for run in runs)
         runs = (replace(runs[0], times_lost=max(runs[0].times_lost, 1)), *runs[1:])
-    masks = draw_masks(stream(seed, "masks"), spec, runs, drive)
-    return World(seed, setting, name, values, runs, masks, spec, known)
+    # some trackers are zeroed with the motors; without that no rest tells of a constant force
+    zeroed = known == "full" and bool(leans or stream(seed, "zero").random() < ZEROED)
+    masks = draw_masks(stream(seed, "masks"), spec, runs, drive, zeroed)
+    return World(seed, setting, name, values, runs, masks, spec, known, zeroed)
 
 
 def draw_planted(rng, world, entry, location):

@@ -9,31 +9,38 @@ from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.kernel.call import Array
 
 FAR = 6.0  # robust standard deviations of a sample against the mean of its neighbours
+ON = 2.5  # distances of two samples for which their line goes on
 MANY = 0.02  # share of samples above which they are no spikes
 
 
-def spikes(errors: Array, breaks: np.ndarray) -> np.ndarray:
-    """True (m,) where an error stands alone: far off its neighbours' mean, and off the course of
-    both sides.  A step, a kink or a peak of several samples is physics; beside a break (m,) nobody
-    can tell.
+def spikes(errors: Array, time: Array) -> np.ndarray:
+    """True (m,) where an error stands alone: far off the line between its neighbours, and off the
+    course of both sides, all by the samples' time (m,).  A step, a kink or a peak of several
+    samples is physics.
     """
     found = np.zeros(len(errors), dtype=bool)
     if len(errors) < 5:
         return found
-    e = errors[2:-2]
+    before, left, here, right, after = (slice(k, len(errors) - 4 + k) for k in range(5))
     off = np.array(
         [
-            e - (errors[1:-3] + errors[3:-1]) / 2,
-            e - (2 * errors[1:-3] - errors[:-4]),
-            e - (2 * errors[3:-1] - errors[4:]),
+            errors[here] - _line(errors, time, a, b, here)
+            for a, b in ((left, right), (before, left), (right, after))
         ]
     )
     spread = float(np.median(np.abs(off[0]))) / 0.6745
     alone = np.abs(off).min(axis=0) > FAR * spread
     alone &= np.abs(np.sign(off).sum(axis=0)) == len(off)
-    torn = breaks[1:-3] | breaks[2:-2] | breaks[3:-1] | breaks[4:]
-    found[2:-2] = alone & ~torn & (spread > 0)
+    found[2:-2] = alone & (spread > 0)
     return found
+
+
+def _line(errors: Array, time: Array, a: slice, b: slice, at: slice) -> Array:
+    """The straight line through the samples a and b, where the samples ``at`` are; it goes on for
+    no more than ``ON`` times their distance, for behind a long gap a course tells little.
+    """
+    share = np.clip((time[at] - time[a]) / (time[b] - time[a]), -ON, 1 + ON)
+    return np.asarray(errors[a] + share * (errors[b] - errors[a]))
 
 
 def without_spikes(fit: Fit) -> tuple[Run, ...]:
@@ -43,7 +50,7 @@ def without_spikes(fit: Fit) -> tuple[Run, ...]:
         errors = fit.problem.errors(fit.u[None], r)
         kept: list[Samples] = []
         for samples, e in zip(run.samples, errors, strict=True):
-            bad = spikes(e[0], samples.breaks)
+            bad = spikes(e[0], run.excitation.time[samples.index])
             kept.append(samples.without(bad) if 0 < bad.mean() <= MANY else samples)
         runs.append(run.with_samples(tuple(kept)))
     return tuple(runs)

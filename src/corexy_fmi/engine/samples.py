@@ -13,6 +13,7 @@ from corexy_fmi.simulate import excitation
 
 GAP = 5 * 0.07  # [s] left out before a split: five settling times of x in P1 (PHYSICS 5)
 LONG = 160_000  # rows beyond which recordings are fitted in excerpts and replayed without a fit
+LATE, SCATTER = 0.5, 5.0  # of the usual time between samples; of its median deviation
 OUTPUT_OF = {
     "x": "x",
     "y": "y",
@@ -30,7 +31,8 @@ class Samples:
     """One measured channel of a run: where it took samples and what they were.
 
     ``index`` (m,) rows of the run, ``value`` (m,) in the channel's unit; ``breaks`` (m,) is True
-    where a sample does not follow the one before it at the channel's usual spacing.
+    where a sample does not follow the one before it at the channel's usual spacing in time: a row
+    that is missing between two of its samples parts them no more than it delays the second.
     """
 
     channel: str
@@ -39,18 +41,27 @@ class Samples:
     breaks: np.ndarray
 
     @staticmethod
-    def of(channel: str, values: Array, keep: np.ndarray) -> Samples:
-        """The finite samples of a channel (n,) among the rows to keep (n,)."""
+    def of(channel: str, values: Array, time: Array, keep: np.ndarray) -> Samples:
+        """The finite samples of a channel (n,) of a recording at time (n,) [s], rows kept (n,)."""
         index = np.flatnonzero(np.isfinite(values) & keep)
-        gaps = np.diff(index, prepend=index[:1] - 1)
-        usual = np.median(gaps[1:]) if len(index) > 1 else 1
-        return Samples(channel, index, values[index], np.r_[True, gaps[1:] != usual])
+        return Samples(channel, index, values[index], parted(time[index]))
 
     def without(self, drop: np.ndarray) -> Samples:
         """The same channel without some of its samples, (m,) True where dropped."""
         kept = np.flatnonzero(~drop)
         torn = np.diff(kept, prepend=kept[:1] - 1) > 1
         return Samples(self.channel, self.index[kept], self.value[kept], self.breaks[kept] | torn)
+
+
+def parted(time: Array) -> np.ndarray:
+    """True (m,) at the first sample, and where one comes later than it usually does; stamps that
+    scatter part nothing within their scatter.
+    """
+    gaps = np.diff(time)
+    if not len(gaps):
+        return np.ones(len(time), dtype=bool)
+    late = gaps / np.median(gaps) - 1
+    return np.r_[True, late > max(LATE, SCATTER * float(np.median(np.abs(late))))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +107,7 @@ def make_run(
     rows = np.ones(len(recording.time), dtype=bool) if keep is None else keep
     dc = machine.drive == "dc"
     names = [c for c in recording.measured if c in OUTPUT_OF and (dc or not c.startswith("phi"))]
-    samples = tuple(Samples.of(c, recording.channels[c], rows) for c in names)
+    samples = tuple(Samples.of(c, recording.channels[c], recording.time, rows) for c in names)
     samples = tuple(s for s in samples if len(s.index) > 20)
     return Run(recording.name, role, recording, excitation(machine, recording), samples)
 
