@@ -33,7 +33,14 @@ class Linear:
         """None."""
         return np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
-    def linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def residual(self, sets: np.ndarray) -> np.ndarray:
+        """Residuals of sets, rows of priors behind them."""
+        white = sets @ self.slopes.T + self.bend * sets[:, :1] ** 2 - self.seen
+        return np.hstack([white, np.zeros_like(sets)])
+
+    def linearised(
+        self, u: np.ndarray, borrowed: None = None, stretch: float = 1.0
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Residual and slopes, rows of priors behind them."""
         slopes = self.slopes.copy()
         slopes[:, 0] += 2 * self.bend * u[0]

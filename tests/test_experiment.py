@@ -81,7 +81,8 @@ def test_the_next_experiment_settles_an_ambiguous_verdict():
     assert found.document["verdict"] == "ambiguous"
     assert found.document["next_experiment"]["program"] == found.experiment.order.name
     assert "pulley_eccentricity at pulley3" in found.experiment.why
-    times = int(found.experiment.why.split("run it ")[1].split()[0])
+    times = found.experiment.times
+    assert f"run it {times} times" in found.experiment.why
     again = [repeated(truth, found.experiment.order, n) for n in range(times)]
     settled = diagnose([*train, *again], judge, machine(), without=FEW)
     assert settled.document["verdict"] == "explained"

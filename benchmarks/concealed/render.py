@@ -14,6 +14,7 @@ from benchmarks.concealed.calibration import rate, section
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.score import NEAR_TWIN
 from benchmarks.concealed.seeds import section as seeds
+from benchmarks.concealed.settle import section as settled
 from benchmarks.mechanism.page import section as mechanisms
 
 Entry = dict[str, Any]
@@ -230,6 +231,7 @@ def page(entries: list[Entry], command: str) -> str:
         "",
         *full(),
         *seeds(),
+        *settled(),
         *mechanisms(),
         "## Speed",
         "",

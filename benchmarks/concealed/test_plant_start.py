@@ -1,4 +1,5 @@
-"""How the plant's runs begin: in balance, with or without a known zero, and no rotor slips."""
+"""How the plant's runs begin: in balance, with or without a known zero; no rotor slips; and one
+more run of a concealed machine on another motion."""
 
 import sys
 from pathlib import Path
@@ -73,3 +74,24 @@ def test_a_weak_magnet_slips_and_a_strong_one_does_not():
     assert not slips(world, (strong,))
     assert slips(world, (weak,))
     assert clean(world, (strong,))[0]["x"].shape == clean(world, (weak,))[0]["x"].shape
+
+
+def test_one_more_run_shows_the_same_machine_elsewhere():
+    case = plant.draw(
+        5, effect="tool_mode", setting="commissioning", target_E=1000.0, catalogue="full"
+    )
+    ref = case.world.runs[2].ref[:2000]
+    texts = [plant.perform(case, ref, n) for n in (0, 0, 1)]
+    assert texts[0] == texts[1] != texts[2]
+    head, *rows = [line for line in texts[0].splitlines() if not line.startswith("#")]
+    assert head.startswith("time,phi1,phi2,x,y")
+    kept = [n for n in range(2000) if n not in set(range(2000)) - _times(rows)]
+    shown = np.array([row.split(",")[1:3] for row in rows], float)
+    assert shown == pytest.approx(ref[kept], abs=1e-2)
+    assert np.array([r.split(",")[3] or "nan" for r in rows], float)[0] == pytest.approx(
+        case.holdout_clean["holdout1.csv"]["x"][0], abs=3e-4
+    )
+
+
+def _times(rows):
+    return {round(1e3 * float(row.split(",")[0])) for row in rows}

@@ -13,8 +13,8 @@ _sources = b"".join(p.read_bytes() for p in sorted(_here.glob("*.py")) if p.name
 _before = numba.config.CACHE_DIR
 numba.config.CACHE_DIR = str(_here / "__pycache__" / hashlib.sha256(_sources).hexdigest()[:12])
 
-from .case import Case, draw, seal, twin, write  # noqa: E402
+from .case import Case, draw, perform, seal, twin, write  # noqa: E402
 
 numba.config.CACHE_DIR = _before
 
-__all__ = ["Case", "draw", "seal", "twin", "write"]
+__all__ = ["Case", "draw", "perform", "seal", "twin", "write"]

@@ -11,10 +11,10 @@ import numpy as np
 from .evidence import fit, whitened
 from .force import planted_force
 from .machines import base, machine_toml
-from .recording import csv_text
+from .recording import channels, csv_text
 from .scale import Retuning, clean, judge, to_target, true_machine
-from .sensors import jittered, noisy
-from .world import FILES, World, choose, draw_world, stream
+from .sensors import draw_masks, jittered, noisy
+from .world import FILES, World, choose, draw_world, fresh_run, own_of, stream
 
 KINDS, SHARES = ("effect", "pair", "null", "outside"), (0.6, 0.1, 0.2, 0.1)
 TARGETS = (150.0, 300.0, 1000.0, 5000.0)
@@ -33,6 +33,7 @@ class Case:
     holdout_clean: dict
     planted_force: dict | None
     world: World
+    planted: tuple = ()
 
 
 def concealing_machine(world, retuning, planted):
@@ -63,20 +64,35 @@ def nearest(world, tuned, free):
     return np.exp(-np.mean([np.log(tuned[n] / world.values[n]) for n in free]))
 
 
+def text_of(world, w, run, masks, still, rng):
+    """A run's CSV text from its noise-free channels."""
+    seen = jittered(rng, w, run, world.noise) if world.noise["jitter"] > 0.0 else still
+    shown = noisy(rng, run, seen, masks, world.noise)
+    taken = {name: mask for name, (_, _, mask, _) in masks.items()}
+    return csv_text(run, shown, taken, world.drive, world.zeroed)
+
+
 def record(world, planted):
     """CSV texts and noise-free channels of the three runs."""
     w = true_machine(world, planted)
     still = [*clean(world, planted), *clean(world, planted, train=False)]
-    texts = {}
-    for i, (name, run) in enumerate(zip(FILES, world.runs, strict=True)):
-        rng = stream(world.seed, "samples" + name)
-        seen = still[i]
-        if world.noise["jitter"] > 0.0:
-            seen = jittered(rng, w, run, world.noise)
-        shown = noisy(rng, run, seen, world.masks[i], world.noise)
-        taken = {name: mask for name, (_, _, mask, _) in world.masks[i].items()}
-        texts[name] = csv_text(run, shown, taken, world.drive, world.zeroed)
+    parts = zip(FILES, world.runs, world.masks, still, strict=True)
+    texts = {
+        name: text_of(world, w, run, masks, one, stream(world.seed, "samples" + name))
+        for name, run, masks, one in parts
+    }
     return texts, dict(zip(FILES, still, strict=True))
+
+
+def perform(case, ref, number=0):
+    """CSV text of one more run of a case's machine, on other reference angles (rows of a ms, 2);
+    its noise, and where it starts, are its own."""
+    world, rng = case.world, stream(case.world.seed, f"more{number}")
+    run = fresh_run(rng, ref, world.setting, world.values)
+    run = own_of(run, rng, world.noise) if world.known == "full" else run
+    (masks,) = draw_masks(rng, world.noise, (run,), world.drive, world.zeroed)
+    w = true_machine(world, case.planted)
+    return text_of(world, w, run, masks, channels(w, run), rng)
 
 
 def assemble(world, planted, toml, truth):
@@ -86,7 +102,7 @@ def assemble(world, planted, toml, truth):
         truth, toml,
         {n: texts[n] for n in train}, {n: texts[n] for n in hold},
         {n: still[n] for n in train}, {n: still[n] for n in hold},
-        planted_force(world, planted), world,
+        planted_force(world, planted), world, planted,
     )  # fmt: skip
 
 
@@ -192,4 +208,4 @@ def seal(case):
     return hashlib.sha256(sealed).hexdigest(), sealed
 
 
-__all__ = ["Case", "draw", "seal", "twin", "write"]
+__all__ = ["Case", "draw", "perform", "seal", "twin", "write"]

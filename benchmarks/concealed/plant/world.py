@@ -50,14 +50,18 @@ def stream(seed, what):
 def draw_runs(seed, setting, name, values):
     """Two training motions and a held-out one, with what belongs to each recording."""
     rng, runs = stream(seed, "motion"), []
-    give = 0.6 * np.array([values["carriage_coulomb_friction"], values["bridge_coulomb_friction"]])
-    rate = 10.9 * values["belt_axial_stiffness"]
     for _ in FILES:
         ref = draw_motion(rng, setting, name, values, rng.uniform(8.0, 9.5))
-        bend = tuple((rng.uniform(-1, 1, 2) * give / rate).tolist())
-        every = 10 if setting == "rectangles" else 1
-        runs.append(Run(ref, bend, float(rng.uniform(-1, 1)), gusts(rng, len(ref)), every))
+        runs.append(fresh_run(rng, ref, setting, values))
     return tuple(runs)
+
+
+def fresh_run(rng, ref, setting, values):
+    """A run of reference angles, begun wherever friction left the stage."""
+    give = 0.6 * np.array([values["carriage_coulomb_friction"], values["bridge_coulomb_friction"]])
+    bend = tuple((rng.uniform(-1, 1, 2) * give / (10.9 * values["belt_axial_stiffness"])).tolist())
+    every = 10 if setting == "rectangles" else 1
+    return Run(ref, bend, float(rng.uniform(-1, 1)), gusts(rng, len(ref)), every)
 
 
 def gusts(rng, rows):

@@ -26,10 +26,13 @@ MOST = 20  # repeats
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """A program for the machine, and why: ``order`` holds phi1, phi2 [rad]."""
+    """A program for the machine, and why: ``order`` holds phi1, phi2 [rad]; run ``times`` times it
+    should settle the verdict, None where no number up to ``MOST`` does.
+    """
 
     order: Recording
     why: str
+    times: int | None = None
 
 
 def rivals(verdict: Verdict, competition: Competition) -> list[Fit]:
@@ -73,7 +76,9 @@ def next_experiment(
 
     found = list(mapper(least, orders))
     best = max(range(len(found)), key=lambda n: found[n])
-    return Experiment(orders[best], _why(names[best], fits, found[best]))
+    times = math.ceil(SETTLES / max(found[best], 1e-9))
+    why = _why(names[best], fits, found[best], times)
+    return Experiment(orders[best], why, times if times <= MOST else None)
 
 
 def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:
@@ -81,11 +86,10 @@ def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:
     return replace(machine, controller=controller(recordings[0]) or machine.controller)
 
 
-def _why(name: str, fits: list[Fit], parted: float) -> str:
+def _why(name: str, fits: list[Fit], parted: float, times: int) -> str:
     labels = [f.problem.hypothesis.label if f.problem.hypothesis.uses else "retuned parameters"
               for f in fits]  # fmt: skip
     told = f"{', '.join(labels[:-1])} and {labels[-1]}"
-    times = math.ceil(SETTLES / max(parted, 1e-9))
     if times > MOST:
         return f"even the {name} hardly part {told}: {parted:.1f} noise units squared at least"
     repeat = "once is enough" if times == 1 else f"run it {times} times"

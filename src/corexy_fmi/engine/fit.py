@@ -75,23 +75,24 @@ def minimise(
     enough: float = ENOUGH,
     borrowed: Array | None = None,
     secants: int = 0,
+    stretch: float = 1.0,
 ) -> Fit:
     """Fit from a start (size,); deterministic, and monotone in cost.
 
     An iteration computes a Jacobian, or takes what is not NaN of ``borrowed``, one from nearby, and
     steps by it; then up to ``secants`` times by Broyden's update of it (doi:10.1090/S0025-5718-1965
-    -0198670-6).
+    -0198670-6).  ``stretch`` lengthens the differences (`rough.py`).
     """
     low, high = problem.limits()
     u, near = np.clip(start, low, high), None
     residual = problem.residual(u[None])[0] if iterations == 0 else np.empty(0)
     for n in range(iterations):
-        residual, jacobian = problem.linearised(u, borrowed if n == 0 else None)
+        residual, jacobian = problem.linearised(u, borrowed if n == 0 else None, stretch)
         if not np.isfinite(residual).all():
             return Fit(problem, u, np.inf, residual)
         before, exact = 0.5 * float(residual @ residual), jacobian
         for k in range(1 + secants):
-            step, after, gain = _step(problem, u, residual, jacobian, (low, high))
+            step, after, gain = stepped(problem, u, residual, jacobian, (low, high))
             more = gain > enough and k < secants
             if more:
                 unforeseen = after - residual - jacobian @ step
@@ -101,12 +102,12 @@ def minimise(
             if not more:
                 break
         if before - 0.5 * float(residual @ residual) < enough and (n > 0 or borrowed is None):
-            near = exact
+            near = exact if stretch == 1 else None
             break
     return Fit(problem, u, 0.5 * float(residual @ residual) + problem.log_scale(), residual, near)
 
 
-def _step(
+def stepped(
     problem: Problem, u: Array, residual: Array, jacobian: Array, limits: tuple[Array, Array]
 ) -> tuple[Array, Array, float]:
     """The best of all dampings' steps within limits: step, residual behind it, gain [nats]."""

@@ -16,6 +16,7 @@ from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.restart import LEADER, begun, best
+from corexy_fmi.engine.rough import softened, unstuck
 from corexy_fmi.engine.search import (
     CLOSE,
     FINALISTS,
@@ -151,7 +152,8 @@ def _polished(one: Fit, two: Fit) -> Fit:
 def _shaken(fit: Fit, mapper: Mapper) -> Fit:
     """A fit begun again from beside where it ended: dry friction leaves many minima close by.
 
-    Each of the effects' parameters but their sizes is pushed by its scale, up and down.
+    Each of the effects' parameters but their sizes is pushed by its scale, up and down; the best
+    end is carried on over rough ground.
     """
     shapes = {
         f"{i.effect.name}.{i.location}.{p.name}"
@@ -163,7 +165,7 @@ def _shaken(fit: Fit, mapper: Mapper) -> Fit:
     starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
     starts += [best(begun(fit.problem, fit.u, LEADER, mapper)).u]
     again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
-    found = best([fit, *again])
+    found = unstuck(best([fit, *again]))
     return settle(found) if found.cost < fit.cost - BETTER else fit
 
 
@@ -173,6 +175,16 @@ def _leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
     ahead = [e for e in named if _leads(e, named[0])]
     again = {id(e): _entry(base, _shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
     return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
+
+
+def _matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:
+    """The retuned machine begun again where the winner ended, and what all gain over that."""
+    if not entries:
+        return base, entries
+    again = repolish(base, entries[0].fit)
+    lost = base.cost - again.cost
+    first = replace(entries[0], fit=softened(entries[0].fit))
+    return softened(again), [replace(e, gain=e.gain - lost) for e in (first, *entries[1:])]
 
 
 def _leads(entry: Entry, first: Entry) -> bool:
@@ -227,7 +239,8 @@ def compete(
         if held is None or entry.gain > held.gain:
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
-    entries = _prefer_catalogue(_leaders(base, entries, mapper))
+    base, entries = _matched(base, _leaders(base, entries, mapper))
+    entries = _prefer_catalogue(entries)
     live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
     chances, nothing = _probabilities([e.gain for e in live])
     lookup = dict(zip(map(id, live), chances, strict=True))

@@ -9,18 +9,20 @@ Information Theory, Inference, and Learning Algorithms, chapter 27).
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
-from corexy_fmi.engine.fit import ENOUGH, Fit
+from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.rough import softened, unstuck
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
 
 LEAST = 1e-9  # precision of what nothing is known of
-ROUNDS = 4  # Gauss-Newton steps, the first at the fit
+ROUNDS = 6  # iterations from the fit, more where the ground is rough
 
 
 def predictive_cost(fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit) -> float:
@@ -33,6 +35,49 @@ def predictive_cost(fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit) -> f
     known |= dict(zip(own.problem.keys, own.u, strict=True))
     u = np.array([known.get(key, 0.0) for key in problem.keys])
     return _laplace(problem, u, _precision(fit, problem))
+
+
+@dataclass(frozen=True, eq=False)
+class _Posterior:
+    """A problem whose prior is what training left: normal about ``begin`` (size,), and ``root``
+    (size, size) of its precision.
+    """
+
+    problem: Problem
+    begin: Array
+    root: Array
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.problem.size
+
+    def limits(self) -> tuple[Array, Array]:
+        """Bounds (size,) of the unknowns."""
+        return self.problem.limits()
+
+    def residual(self, sets: Array) -> Array:
+        """Whitened residuals with this prior's (sets, samples + size)."""
+        found = self.problem.residual(sets)
+        found[:, -self.size :] = (sets - self.begin) @ self.root.T
+        return found
+
+    def linearised(
+        self, u: Array, borrowed: Array | None = None, stretch: float = 1.0
+    ) -> tuple[Array, Array]:
+        """Residual with this prior's, and its derivative."""
+        residual, slopes = self.problem.linearised(u, borrowed, stretch)
+        residual[-self.size :] = self.root @ (u - self.begin)
+        slopes[-self.size :] = self.root
+        return residual, slopes
+
+    def scale_unseen(self, u: Array, jacobian: Array) -> bool:
+        """Training has told the common factor as well as it can."""
+        return False
+
+    def log_scale(self) -> float:
+        """What all fits share."""
+        return 0.0
 
 
 def _precision(fit: Fit, problem: Problem) -> Array:
@@ -54,17 +99,13 @@ def _precision(fit: Fit, problem: Problem) -> Array:
 
 def _laplace(problem: Problem, begin: Array, precision: Array) -> float:
     """Cost at the best parameters near, and half the log of how much their volume shrinks."""
-    shared, (low, high) = len(problem.unknowns), problem.limits()
-    u, best, volume = begin, np.inf, 0.0
-    for _ in range(ROUNDS):
-        residual, jacobian = problem.linearised(u)
-        white, slopes = residual[: -problem.size], jacobian[: -problem.size]
-        away = np.concatenate([u[:shared] - begin[:shared], u[shared:]])
-        with np.errstate(over="ignore", invalid="ignore"):  # a run that broke down
-            cost = 0.5 * float(white @ white) + 0.5 * float(away @ precision @ away)
-        if not cost < best - ENOUGH:
-            break
-        both = precision + slopes.T @ slopes
-        best, volume = cost, np.linalg.slogdet(both)[1] - np.linalg.slogdet(precision)[1]
-        u = np.clip(u - np.linalg.solve(both, slopes.T @ white + precision @ away), low, high)
-    return best + 0.5 * float(volume)
+    centre = begin.copy()
+    centre[len(problem.unknowns) :] = 0.0
+    power, axes = np.linalg.eigh(precision)
+    root = np.sqrt(np.maximum(power, LEAST))[:, None] * axes.T
+    posterior = _Posterior(problem, centre, np.asarray(root))
+    fit = softened(unstuck(minimise(cast(Problem, posterior), begin, ROUNDS)))
+    if not np.isfinite(fit.cost):
+        return float("inf")
+    both = np.linalg.slogdet(fit.jacobian.T @ fit.jacobian)[1]
+    return fit.cost + 0.5 * float(both - np.linalg.slogdet(precision)[1])

@@ -42,6 +42,7 @@ BROKEN = 1e60  # derivative from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
 EFFECT_STEP, LAW_STEP, OWN_STEP = 1e-3, 2e-3, 2e-3  # of effects, free-form laws, a run's own
+LONGEST_STEP = 0.6  # of any, stretched
 SMOOTHING_STEP = 0.02  # where sgn begins to be rounded there is no derivative
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
 
@@ -265,11 +266,14 @@ class Problem:
         parts = [self._whiten(self.errors(u, r), r) for r in range(len(self.runs))]
         return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
 
-    def linearised(self, u: Array, borrowed: Array | None = None) -> tuple[Array, Array]:
+    def linearised(
+        self, u: Array, borrowed: Array | None = None, stretch: float = 1.0
+    ) -> tuple[Array, Array]:
         """Residual (samples + size,) at u (size,) and its derivative (samples + size, size).
 
-        One-sided differences, run as lanes beside u itself.  Where ``borrowed`` is given, only its
-        columns that are NaN are computed.  A column whose run broke down is zero.
+        One-sided differences, run as lanes beside u itself, ``stretch`` times their usual length.
+        Where ``borrowed`` is given, only its columns that are NaN are computed.  A column whose run
+        broke down is zero.
         """
         samples = sum(run.count for run in self.runs)
         wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
@@ -278,8 +282,8 @@ class Problem:
         if borrowed is not None:
             slopes[:, ~wanted] = borrowed[:, ~wanted]
         residual = np.concatenate([np.zeros(samples), (u - self.prior[0]) * self.prior[1]])
-        steps, at = self._steps(u), 0
-        move = along(self.unknowns, u, self.limits(), STEP)
+        steps, at = self._steps(u, stretch), 0
+        move = along(self.unknowns, u, self.limits(), STEP * stretch)
         for r, run in enumerate(self.runs):
             here, columns = slice(at, at := at + run.count), self._columns(r, wanted)
             sets = np.repeat(u[None], len(columns) + 2, axis=0)
@@ -302,24 +306,27 @@ class Problem:
         own = np.array([*moved, *range(first, first + self.own)])
         return own[wanted[own]]
 
-    def _steps(self, u: Array) -> Array:
-        """Step of each difference, turned inwards at an upper bound."""
+    def _steps(self, u: Array, stretch: float = 1.0) -> Array:
+        """Step of each difference, turned inwards at an upper bound; a long one ends there."""
         steps = np.full(self.size, STEP)
         longest = max(float(np.ptp(run.excitation.time)) for run in self.runs)
         steps[len(self.unknowns) :] = OWN_STEP
         for k, unknown in enumerate(self.unknowns):
             if "free_form" in unknown.key:
                 steps[k] = LAW_STEP
-            elif unknown.wave:
-                turns = float(unknown.value(u[k])) * max(longest, 1.0)
-                steps[k] = min(WAVE_STEP, 0.02 / turns)
             elif unknown.key == SMOOTHING:
                 steps[k] = SMOOTHING_STEP
             elif "." in unknown.key and not unknown.log:
                 steps[k] = SHARP_STEP if self.hypothesis.shaped else EFFECT_STEP
-            if u[k] + steps[k] > unknown.limits()[1]:
-                steps[k] = -steps[k]
-        return steps
+        steps = np.minimum(stretch * steps, LONGEST_STEP)
+        for k, unknown in enumerate(self.unknowns):
+            if unknown.wave:
+                turns = float(unknown.value(u[k])) * max(longest, 1.0)
+                steps[k] = min(WAVE_STEP, 0.02 / turns)
+        low, high = self.limits()
+        beyond, down = u + steps > high, u - low >= high - u
+        inwards = np.where(down, np.maximum(-steps, low - u), high - u)
+        return np.where(beyond & (inwards != 0), inwards, steps)
 
     def scale_unseen(self, u: Array, jacobian: Array) -> bool:
         """Whether a Jacobian (samples + size, size) at u tells no common factor of all forces."""

@@ -12,6 +12,7 @@ from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.restart import begun, best
+from corexy_fmi.engine.rough import unstuck
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -25,7 +26,7 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     problem = Problem(layout, machine, runs, noise)
     first = minimise(problem, best(begun(problem, clock.start(problem), mapper=mapper)).u, 15)
     cleaned = replace(problem, runs=without_spikes(first))
-    return settle(minimise(_quick(cleaned, first.u), first.u))
+    return settle(unstuck(minimise(_quick(cleaned, first.u), first.u)))
 
 
 def _quick(problem: Problem, u: np.ndarray) -> Problem:

@@ -10,6 +10,7 @@ import numpy as np
 
 from corexy_fmi.engine.fit import Fit, Mapper, costs, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.rough import across
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import STIFFNESS, Hypothesis
 
@@ -77,7 +78,7 @@ def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
 
 def _long(fit: Fit) -> Fit:
     """A fit carried to its end, under the noise that it began with."""
-    return minimise(fit.problem, fit.u, 8)
+    return across(minimise(fit.problem, fit.u, 8))
 
 
 def _thin(leads: list[Lead], floor: float) -> list[Lead]:
