@@ -17,6 +17,7 @@ from corexy_fmi.kernel.call import Array
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
+HIDDEN = 0.5  # [nats] that another micro-step may change at the end
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,3 +141,17 @@ def settle(fit: Fit, rounds: int = 2, iterations: int = 6) -> Fit:
     for _ in range(rounds if np.isfinite(fit.cost) else 0):
         fit = minimise(own_noise(fit), fit.u, iterations)
     return fit
+
+
+def hides(problem: Problem, other: Problem, u: Array, most: float = HIDDEN) -> bool:
+    """Whether the noise hides what another micro-step changes at u (size,), up to most [nats]."""
+    change = other.residual(u[None]) - problem.residual(u[None])
+    return bool(costs(change)[0] < most)
+
+
+def fine(fit: Fit) -> Fit:
+    """The fit at the micro-step that its machine and effects need, where that shows."""
+    problem = replace(fit.problem, coarse=1.0)
+    if problem.limit == fit.problem.limit or hides(problem, fit.problem, fit.u):
+        return fit
+    return minimise(problem, fit.u)

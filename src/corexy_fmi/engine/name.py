@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.engine.candidates import finer, hypotheses
-from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fit import Fit, Mapper, fine, minimise, settle
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.restart import LEADER, begun, best
@@ -181,9 +181,10 @@ def _matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:
     """The retuned machine begun again where the winner ended, and what all gain over that."""
     if not entries:
         return base, entries
-    again = repolish(base, entries[0].fit)
+    again = fine(repolish(base, entries[0].fit))
     lost = base.cost - again.cost
-    first = replace(entries[0], fit=softened(entries[0].fit))
+    fined = _entry(base, fine(entries[0].fit))
+    first = replace(fined, fit=softened(fined.fit))
     return softened(again), [replace(e, gain=e.gain - lost) for e in (first, *entries[1:])]
 
 

@@ -28,6 +28,7 @@ from corexy_fmi.engine.unknowns import (
     write_law,
 )
 from corexy_fmi.kernel.call import REST, Array, run_lanes, step_limit
+from corexy_fmi.kernel.law_code import writes_damping
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
@@ -38,6 +39,7 @@ from corexy_fmi.topology import STAGES
 # within thousandths: longer ones told what the data do not, and held fits where they were.
 STEP = 1e-4  # of nominal parameters and whatever is logarithmic
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
+AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
 BROKEN = 1e60  # derivative from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
@@ -75,17 +77,34 @@ def _write_defaults(base: Array, instance: Instance) -> None:
             base[instance.parameter + k] = p.default
 
 
-def _needed(layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis) -> float:
-    """Micro-step [s] that the quickest of the effects' starts needs; infinite without such."""
-    sets: list[Array] = []
+def _needed(
+    layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis, coarse: float
+) -> float:
+    """Micro-step [s] that the effects need where they begin; infinite without such.
+
+    ``coarse`` lengthens it up to `AT_EASE` times.  Damped belts, whose rates are extrapolated, take
+    no longer one; there the mildest start decides in place of the quickest.
+    """
+    steps = [np.inf]
     for instance in hypothesis.uses:
-        values = [p.starts for p in instance.effect.parameters]
-        quick = instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)
-        for row in itertools.islice(itertools.product(*values), 24) if quick else ():
-            sets.append(base.copy())
-            sets[-1][instance.parameter : instance.parameter + len(row)] = row
-    found = [_step_limit(layout, v.tobytes(), machine.stage, machine.drive) for v in sets]
-    return min(found, default=float("inf"))
+        found = _needed_by(layout, machine, base, instance)
+        damps = any(writes_damping(instance.effect, law) for law in instance.effect.laws)
+        if damps and coarse > 1:
+            found = [max(found)]
+        steps += found if damps else [min(coarse, AT_EASE) * h for h in found]
+    return float(min(steps))
+
+
+def _needed_by(layout: Layout, machine: Machine, base: Array, instance: Instance) -> list[float]:
+    """The same of each start of one effect, where it brings a pole or stiffens belts."""
+    if not (instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)):
+        return []
+    values = [p.starts for p in instance.effect.parameters]
+    sets: list[Array] = []
+    for row in itertools.islice(itertools.product(*values), 24):
+        sets.append(base.copy())
+        sets[-1][instance.parameter : instance.parameter + len(row)] = row
+    return [_step_limit(layout, v.tobytes(), machine.stage, machine.drive) for v in sets]
 
 
 @lru_cache(maxsize=4096)
@@ -101,7 +120,7 @@ class Problem:
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
     ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
     effects need where they begin; 0, each machine's own, where pinned.  ``coarse`` lengthens the
-    machine's.
+    both.
     """
 
     layout: Layout
@@ -147,7 +166,7 @@ class Problem:
 
     def _limit(self, base: Array) -> float:
         own = _step_limit(self.layout, base.tobytes(), self.machine.stage, self.machine.drive)
-        needed = _needed(self.layout, self.machine, base, self.hypothesis)
+        needed = _needed(self.layout, self.machine, base, self.hypothesis, self.coarse)
         return max(min(self.coarse * own, needed), own / SHORTEST)
 
     @property

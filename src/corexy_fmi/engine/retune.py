@@ -8,16 +8,18 @@ import numpy as np
 
 from corexy_fmi.engine import clock
 from corexy_fmi.engine.clean import without_spikes
-from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fit import Fit, Mapper, costs, hides, minimise, settle
 from corexy_fmi.engine.noise import quick_noise, white
-from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.problem import AT_EASE, BROKEN, Problem
 from corexy_fmi.engine.restart import begun, best
 from corexy_fmi.engine.rough import unstuck
 from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.search import stiffened
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
-HIDDEN = 0.5  # [nats] that a longer micro-step may change
+SHOWN = 3.0  # [nats] that longer micro-steps may change; the last fits take the machine's own
+LENGTHS = (4.0, 3.0, AT_EASE)  # of the micro-step, in those that the machine needs
 
 
 def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapper = map) -> Fit:
@@ -30,7 +32,18 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
 
 
 def _quick(problem: Problem, u: np.ndarray) -> Problem:
-    """The problem with micro-steps of twice the length, where the samples' noise hides that."""
-    coarse = replace(problem, coarse=2.0)
-    change = coarse.residual(u[None]) - problem.residual(u[None])
-    return coarse if 0.5 * float(np.sum(change**2)) < HIDDEN else problem
+    """The problem with the longest micro-steps that change next to nothing.
+
+    More than twice the length only where belts may still stiffen as far as a search begins.
+    """
+    for times in LENGTHS:
+        coarse = replace(problem, coarse=times)
+        if hides(problem, coarse, u, SHOWN) and (times <= AT_EASE or _holds(coarse, u)):
+            return coarse
+    return problem
+
+
+def _holds(problem: Problem, u: np.ndarray) -> bool:
+    """Whether the runs with stiffer belts do not break down."""
+    stiff = stiffened(problem, u)
+    return stiff is None or bool(costs(problem.residual(stiff[None]))[0] < BROKEN)

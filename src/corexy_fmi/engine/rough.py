@@ -24,6 +24,7 @@ from corexy_fmi.kernel.call import Array
 STRETCHES = (100.0, 30.0, 10.0, 3.0, 1.0)  # lengths of the differences, in turn
 LOOK, LONG = 2, 30.0  # lengths that are always tried; the one whose slopes tell how wide to look
 CYCLES, EACH, PAYS = 8, 6, 2.0  # at most; iterations of each length; [nats] for another cycle
+ON = 0.5  # [nats] that an iteration gains, or the next length has its turn
 SETS, WIDE, NARROW, SHRINK = 128, 2.0, 0.5, 0.75  # at least; standard deviations, first and last
 UPHILL = 10.0  # [nats] that a step may cost at each standard deviation of the scatter
 SCATTERS, ROUNDS, LAST = 30, 3, 10  # scatters at most; both cures in turn; iterations at the end
@@ -41,7 +42,7 @@ def across(fit: Fit) -> Fit:
         for n, stretch in enumerate(STRETCHES):
             if n == LOOK and before - fit.cost < ENOUGH:
                 break
-            again = minimise(fit.problem, fit.u, EACH, stretch=stretch)
+            again = minimise(fit.problem, fit.u, EACH, ON, stretch=stretch)
             fit = again if again.cost < fit.cost else fit
         if before - fit.cost < PAYS:
             break

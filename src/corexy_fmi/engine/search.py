@@ -13,12 +13,14 @@ from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.rough import across
 from corexy_fmi.engine.screen import Lead, screen
 from corexy_fmi.engine.unknowns import STIFFNESS, Hypothesis
+from corexy_fmi.kernel.call import Array
 
 AHEAD, AHEAD_BLEACHED, SHORT, FINALISTS, LAWS = 16, 6, 3, 6, 4
 CLOSE, CLOSE_SHARE = 40.0, 0.25  # [nats]; share of the best one's gain: behind both all is lost
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
 PROMISING, OWED = 20.0, 0.5  # [nats] of a lead whose short fit must gain this share, or goes on
+LONG, PLAIN = 8, 0.5  # iterations of a long fit; [nats] an iteration that gains less ends it
 LEAST = 1.5  # [nats] that any other lead gains in the screen
 STIFFER = 1.2  # log of the factor
 LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
@@ -58,7 +60,7 @@ def _short(seen: tuple[Lead, Fit]) -> Fit:
     best = min(begun, key=lambda f: f.cost)
     found = minimise(lead.problem, best.u, 1, 0.5, near, SHORT)
     owes = lead.gain > PROMISING and lead.base.cost - found.cost < OWED * lead.gain
-    return _long(found) if owes else found
+    return minimise(found.problem, found.u, LONG, PLAIN) if owes else found
 
 
 def _hoped(lead: Lead, seen: Fit) -> float:
@@ -78,7 +80,7 @@ def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
 
 def _long(fit: Fit) -> Fit:
     """A fit carried to its end, under the noise that it began with."""
-    return across(minimise(fit.problem, fit.u, 8))
+    return across(minimise(fit.problem, fit.u, LONG, PLAIN))
 
 
 def _thin(leads: list[Lead], floor: float) -> list[Lead]:
@@ -166,12 +168,20 @@ def stiffer(base: Fit) -> list[Fit]:
     """The base with its belts stiffened, which a search from there holds; nothing where the
     machine file says how stiff they are, or where they are too stiff for the micro-step.
     """
-    keys = base.problem.keys
-    if STIFFNESS not in keys:
+    u = stiffened(base.problem, base.u)
+    if u is None:
         return []
-    k, u = keys.index(STIFFNESS), base.u.copy()
-    u[k] = min(u[k] + STIFFER, base.problem.limits()[1][k])
+    k = base.problem.keys.index(STIFFNESS)
     residual, slopes = base.problem.linearised(u)
     slopes[:, k] = 0.0
     cost = float(costs(residual[None])[0]) + base.problem.log_scale()
     return [Fit(base.problem, u, cost, residual, slopes)] if np.isfinite(cost) else []
+
+
+def stiffened(problem: Problem, u: Array) -> Array | None:
+    """u (size,) with stiffer belts; None where the machine file says how stiff they are."""
+    if STIFFNESS not in problem.keys:
+        return None
+    k, stiff = problem.keys.index(STIFFNESS), u.copy()
+    stiff[k] = min(stiff[k] + STIFFER, problem.limits()[1][k])
+    return stiff
