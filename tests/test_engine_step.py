@@ -1,0 +1,64 @@
+"""The micro-step of a search: as long as the noise allows; the last fits take the machine's own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion, with_effects
+
+from corexy_fmi.engine import retune
+from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
+from corexy_fmi.engine.problem import AT_EASE, BROKEN
+
+RIGID = ("axis_skew", "sensor"), ("constant_force", "x"), ("stribeck_friction", "x")
+POLES = ("tool_mode", "tool"), ("presliding_hysteresis", "x"), ("belt_mismatch", "belts")
+
+
+def posed(uses=(), noise=2e-5, **changes):
+    recording = record(with_effects(machine(), STRIBECK), short_motion(), noise=noise)
+    return replace(problem(recording, machine(), uses, std=noise), **changes)
+
+
+@pytest.mark.parametrize("use", RIGID)
+def test_what_brings_no_pole_takes_the_machines_step_times_coarse(use):
+    for coarse in (1.0, 3.0):
+        assert posed([use], coarse=coarse).limit == pytest.approx(coarse * posed().limit)
+
+
+@pytest.mark.parametrize("use", POLES)
+def test_the_step_of_a_pole_or_of_belts_is_lengthened_as_far_as_it_is_stable(use):
+    one, most = (posed([use], coarse=c).limit for c in (1.0, 4.0))
+    assert AT_EASE * one <= most * 1.001 <= 4.0 * posed().limit * 1.002
+    chosen = posed([use], coarse=4.0)
+    assert costs(chosen.residual(np.zeros((1, chosen.size))))[0] < BROKEN
+
+
+def test_damped_belts_take_the_step_of_their_mildest_start():
+    damped = [("belt_damping", "belts")]
+    exact, searched, longer = (posed(damped, coarse=c).limit for c in (1.0, 2.0, 4.0))
+    assert exact < searched < posed(coarse=2.0).limit
+    assert searched == longer
+
+
+def test_the_longest_step_that_changes_next_to_nothing_is_taken():
+    loud, quiet = posed(noise=1e-4), posed(noise=1e-11)
+    u = np.zeros(loud.size)
+    assert retune._quick(loud, u).coarse > 1
+    assert retune._quick(quiet, u).coarse == 1
+
+
+def test_a_step_that_hides_nothing_is_refined_at_the_end():
+    rough = posed(noise=1e-10, coarse=4.0)
+    own = replace(rough, coarse=1.0)
+    u = np.zeros(rough.size)
+    assert not hides(own, rough, u)
+    residual = rough.residual(u[None])[0]
+    ended = fine(Fit(rough, u, float(costs(residual[None])[0]), residual))
+    assert ended.problem.limit == own.limit
+    assert 0.5 * float(ended.residual @ ended.residual) <= costs(own.residual(u[None]))[0]
+
+
+def test_a_step_that_the_noise_hides_is_left():
+    fit = fitted(posed(noise=1e-4, coarse=2.0))
+    assert hides(fit.problem, replace(fit.problem, coarse=1.0), fit.u, HIDDEN)
+    assert fine(fit) is fit
