@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 ROOT = Path(__file__).parents[1]
 PAGES, IMAGES = ROOT / "docs" / "cases", ROOT / "docs" / "images" / "cases"
-KEPT = ("verdict", "effects", "nearest", "ambiguous_between", "fit", "heldout", "retuned",
-        "located", "not_excluded", "seconds")  # fmt: skip
+KEPT = ("verdict", "effects", "nearest", "ambiguous_between", "ambiguous_sets", "fit", "heldout",
+        "retuned", "located", "not_excluded", "seconds")  # fmt: skip
 
 
 def corexy(folder: Path, *words: str) -> str:

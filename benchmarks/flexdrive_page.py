@@ -61,8 +61,8 @@ def verdict(document: Mapping[str, Any]) -> str:
     run, held = document["run"], document["run"]["heldout"]
     lines = [f"The verdict is `{run['verdict']}`: {named(run)}."]
     lines += [f"{e['description'].capitalize()}." for e in run["effects"] if e.get("description")]
-    if run["ambiguous_between"]:
-        groups = "; ".join(" or ".join(_member(m) for m in g) for g in run["ambiguous_between"])
+    if equal := run.get("ambiguous_sets") or run["ambiguous_between"]:
+        groups = "; ".join(" or ".join(_member(m) for m in g) for g in equal)
         lines.append(f"Not told apart: {groups}.")
     if run["nearest"]:
         lines.append(f"What the catalogue offers, with its share of the best gain: {offered(run)}.")

@@ -62,6 +62,7 @@ def told(document: Mapping[str, Any]) -> dict[str, Any]:
         "effects": [_short(e) for e in document["effects"]],
         "nearest": nearest,
         "ambiguous_between": document["ambiguous_between"],
+        "ambiguous_sets": document["ambiguous_sets"],
         "heldout": document["heldout"],
     }
 
@@ -85,7 +86,11 @@ def keys(effects: Sequence[Mapping[str, Any]]) -> set[Pair]:
 
 def rivals(said: Mapping[str, Any]) -> list[set[Pair]]:
     """The sets of an ambiguous verdict."""
-    groups = said.get("ambiguous_between", []) if said["verdict"] == "ambiguous" else []
+    groups = (
+        (said.get("ambiguous_sets") or said.get("ambiguous_between", []))
+        if said["verdict"] == "ambiguous"
+        else []
+    )
     members = [m if isinstance(m, list) else [m] for group in groups for m in group]
     return [keys(m) for m in members]
 

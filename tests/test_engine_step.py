@@ -9,6 +9,7 @@ from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion,
 from corexy_fmi.engine import retune
 from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
 from corexy_fmi.engine.problem import AT_EASE, BROKEN
+from corexy_fmi.engine.signature import raw_changes
 
 RIGID = ("axis_skew", "sensor"), ("constant_force", "x"), ("stribeck_friction", "x")
 POLES = ("tool_mode", "tool"), ("presliding_hysteresis", "x"), ("belt_mismatch", "belts")
@@ -56,6 +57,16 @@ def test_a_step_that_hides_nothing_is_refined_at_the_end():
     ended = fine(Fit(rough, u, float(costs(residual[None])[0]), residual))
     assert ended.problem.limit == own.limit
     assert 0.5 * float(ended.residual @ ended.residual) <= costs(own.residual(u[None]))[0]
+
+
+def test_a_run_that_breaks_down_in_part_is_no_signature(monkeypatch):
+    base = fitted(posed())
+    huge = np.full((2, len(base.residual)), 1e200)
+    huge[0] = base.residual + 1.0
+    monkeypatch.setattr(type(base.problem), "residual", lambda self, u: huge)
+    found = raw_changes(base, base.problem, np.zeros((2, base.problem.size)))
+    assert found[0].any()
+    assert not found[1].any()
 
 
 def test_a_step_that_the_noise_hides_is_left():

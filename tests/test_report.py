@@ -158,9 +158,10 @@ def test_ambiguous_names_the_class_and_the_next_experiment():
 def test_ambiguous_knows_combinations_lone_members_and_many():
     document = make_document("ambiguous")
     a, b = document["ambiguous_between"][0]
-    document["ambiguous_between"] = [[a, [a, b]]]
+    document["ambiguous_sets"] = [[[a], [a, b]]]
     text = shown(document, Evidence()).text
     assert "Backlash at motor 1 or backlash at motor 1 with Stribeck friction" in text
+    document["ambiguous_sets"] = []
     document["ambiguous_between"] = [[a]]
     assert (
         "Backlash at motor 1 or retuned machine parameters alone"

@@ -49,6 +49,15 @@ def test_what_cannot_be_told_apart(capsys):
     assert "sensor_delay at sensor or sensor_lag at sensor" in screen
 
 
+def test_what_acts_together_is_told_together(capsys):
+    delay, lag, skew = (
+        {"name": f"sensor_{n}", "location": "sensor"} for n in ("delay", "lag", "x")
+    )
+    equal = {"ambiguous_between": [[delay, lag]], "ambiguous_sets": [[[delay, skew], [lag, skew]]]}
+    screen = " ".join(shown(capsys, verdict="ambiguous", **equal).split())
+    assert "sensor_delay at sensor with sensor_x at sensor or sensor_lag at sensor with" in screen
+
+
 def test_brackets_are_no_markup(capsys):
     document = example()
     document["effects"][0]["name"] = "[red]x[/red]"

@@ -26,7 +26,7 @@ from corexy_fmi.engine import Diagnosis, diagnose
 
 RESULTS = Path("benchmarks/results")
 OUT = {"ten": "proof.jsonl", "full": "full.jsonl"}
-KEPT = ("verdict", "ambiguous_between", "heldout")
+KEPT = ("verdict", "ambiguous_between", "ambiguous_sets", "heldout")
 
 
 def commit() -> str:

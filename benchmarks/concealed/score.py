@@ -51,7 +51,7 @@ def right_set(document: dict[str, Any], truth: list[dict[str, Any]]) -> bool:
 def _in_class(document: dict[str, Any], truth: list[dict[str, Any]]) -> bool:
     """Whether the truth is among the members of an ambiguous class."""
     wanted = {(e["name"], e["location"]) for e in truth}
-    for group in document["ambiguous_between"]:
+    for group in document.get("ambiguous_sets") or document["ambiguous_between"]:
         for member in group:
             members = member if isinstance(member, list) else [member]
             if {(m["name"], m["location"]) for m in members} == wanted:

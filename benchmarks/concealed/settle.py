@@ -113,8 +113,9 @@ def _row(entry: dict[str, Any]) -> str:
 
 
 def _words(said: dict[str, Any]) -> str:
+    equal = said.get("ambiguous_sets") or said["ambiguous_between"]
     group = {f"{m['name']} at {m['location']}"
-             for found in said["ambiguous_between"] for member in found
+             for found in equal for member in found
              for m in (member if isinstance(member, list) else [member])}  # fmt: skip
     names = sorted(group) or [f"{e['name']} at {e['location']}" for e in said["effects"]]
     return f"{said['verdict']}: {', '.join(names)}" if names else said["verdict"]

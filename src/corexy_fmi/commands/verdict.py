@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.panel import Panel
@@ -34,10 +34,16 @@ def show_verdict(document: Mapping[str, Any]) -> None:
         screen.print(f"{document['located']['coordinate']}: {told[0]}", markup=False)
     elif document["effects"]:
         screen.print(_effects(document["effects"]))
-    for group in document["ambiguous_between"]:
-        members = " or ".join(f"{member['name']} at {member['location']}" for member in group)
+    for group in document.get("ambiguous_sets") or document["ambiguous_between"]:
+        members = " or ".join(map(_member, group))
         screen.print(f"cannot be told apart: {members}", markup=False)
     screen.print(_proof(document["heldout"]))
+
+
+def _member(member: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> str:
+    """One cause, or several that act together."""
+    together = [member] if isinstance(member, Mapping) else member
+    return " with ".join(f"{m['name']} at {m['location']}" for m in together)
 
 
 def _effects(effects: list[Mapping[str, Any]]) -> Table:

@@ -12,7 +12,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from corexy_fmi.effects import own_effects
-from corexy_fmi.engine import document
+from corexy_fmi.engine import classes, document
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.evidence import Evidence
 from corexy_fmi.engine.excerpts import excerpts
@@ -119,17 +119,13 @@ def _document(
 ) -> dict[str, Any]:
     rows = document.fit_rows(proof)
     named = set(fit.problem.hypothesis.key)
-    classes = [
-        [[{"name": n, "location": p} for n, p in key] for key in group] for group in verdict.classes
-    ]
     return {
         "schema": 1,
         "verdict": verdict.word,
         "effects": document.effects(verdict, fit, competition, proof),
         "nearest": document.nearest(verdict, competition),
-        "ambiguous_between": [
-            [m[0] if len(m) == 1 else m for m in group if m] for group in classes
-        ],
+        "ambiguous_between": classes.between(verdict.classes),
+        "ambiguous_sets": classes.sets(verdict.classes),
         "next_experiment": None,
         "located": document.located(verdict, competition, proof, machine),
         "fit": rows,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit
-from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.problem import BROKEN, Problem
 from corexy_fmi.engine.spread import Spread, combinations, combined, groups, phase_of
 from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
@@ -55,7 +55,7 @@ def raw_changes(base: Fit, problem: Problem, vectors: Array) -> Array:
     change = np.zeros((len(white), len(base.residual)))
     with np.errstate(over="ignore", invalid="ignore"):
         change[:, :count] = white - base.residual[:count]
-    change[~np.isfinite(change).all(axis=1)] = 0.0
+    change[~(np.abs(change).max(axis=1, initial=0.0) < BROKEN)] = 0.0
     return change
 
 

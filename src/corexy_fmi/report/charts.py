@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from corexy_fmi.report.lead import equals
 from corexy_fmi.report.notices import FAR
 from corexy_fmi.report.quantities import number, quantity
 from corexy_fmi.report.tables import words
@@ -72,7 +73,7 @@ def pull_bars(document: Mapping[str, Any]) -> tuple[list[Bar], float]:
 def marked_parts(document: Mapping[str, Any]) -> set[str]:
     """Parts of the stage's drawing to mark: where the effects are, else where the mismatch is."""
     places = [e.get("location") for e in document.get("effects") or []]
-    for group in document.get("ambiguous_between") or []:
+    for group in equals(document):
         for member in group:
             together = [member] if isinstance(member, Mapping) else member
             places += [m.get("location") for m in together]

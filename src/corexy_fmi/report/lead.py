@@ -136,10 +136,15 @@ def _nothing_missing(document: Document, evidence: Evidence) -> Lead:
 def classes(document: Document) -> list[list[str]]:
     """The classes of equals in words; a lone member stands against the retuned parameters."""
     told = []
-    for group in document.get("ambiguous_between") or []:
+    for group in equals(document):
         members = [_member(member) for member in group]
         told.append(members if len(members) != 1 else [*members, effect_name("retuned_parameters")])
     return told
+
+
+def equals(document: Document) -> list[Any]:
+    """Classes of equals: of sets of effects, where such are told, else of effects."""
+    return list(document.get("ambiguous_sets") or document.get("ambiguous_between") or [])
 
 
 def _member(member: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> str:

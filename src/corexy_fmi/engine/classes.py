@@ -1,0 +1,31 @@
+"""Classes of equals in diagnosis.json: tables as CONTRACT 4 has them, and sets of effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+Classes = Sequence[Sequence[Sequence[tuple[str, str]]]]
+
+
+def between(classes: Classes) -> list[list[dict[str, str]]]:
+    """Classes of equals, as tables of name and location.
+
+    Of sets of effects what all of them share is left out, where two others are left.
+    """
+    told = []
+    for group in classes:
+        members = dict.fromkeys(pair for key in group for pair in key)
+        apart = [pair for pair in members if not all(pair in key for key in group if key)]
+        told.append([_table(pair) for pair in (apart if len(apart) > 1 else members)])
+    return told
+
+
+def sets(classes: Classes) -> list[list[list[dict[str, str]]]]:
+    """The same as sets of effects that act together; empty where no class has such a set."""
+    together = any(len(key) > 1 for group in classes for key in group)
+    whole = [[[_table(pair) for pair in key] for key in group if key] for group in classes]
+    return whole if together else []
+
+
+def _table(pair: tuple[str, str]) -> dict[str, str]:
+    return {"name": pair[0], "location": pair[1]}
