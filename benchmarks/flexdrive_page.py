@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.case import estimate, named, offered, table
+from corexy_fmi.engine.classes import equals
 
 HEAD = """\
 # Flexdrive: two carts on a spring
@@ -61,7 +62,7 @@ def verdict(document: Mapping[str, Any]) -> str:
     run, held = document["run"], document["run"]["heldout"]
     lines = [f"The verdict is `{run['verdict']}`: {named(run)}."]
     lines += [f"{e['description'].capitalize()}." for e in run["effects"] if e.get("description")]
-    if equal := run.get("ambiguous_sets") or run["ambiguous_between"]:
+    if equal := equals(run):
         groups = "; ".join(" or ".join(_member(m) for m in g) for g in equal)
         lines.append(f"Not told apart: {groups}.")
     if run["nearest"]:
@@ -74,8 +75,7 @@ def verdict(document: Mapping[str, Any]) -> str:
     return " ".join(lines)
 
 
-def _member(member: Any) -> str:
-    members = member if isinstance(member, list) else [member]
+def _member(members: Any) -> str:
     return " + ".join(f"{m['name']} at {m['location']}" for m in members)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from benchmarks.case import table
+from corexy_fmi.engine.classes import equals
 
 Pair = tuple[str, str]
 AFTER = """\
@@ -86,13 +87,9 @@ def keys(effects: Sequence[Mapping[str, Any]]) -> set[Pair]:
 
 def rivals(said: Mapping[str, Any]) -> list[set[Pair]]:
     """The sets of an ambiguous verdict."""
-    groups = (
-        (said.get("ambiguous_sets") or said.get("ambiguous_between", []))
-        if said["verdict"] == "ambiguous"
-        else []
-    )
-    members = [m if isinstance(m, list) else [m] for group in groups for m in group]
-    return [keys(m) for m in members]
+    if said["verdict"] != "ambiguous":
+        return []
+    return [keys(members) for group in equals(said) for members in group]
 
 
 def outcome(case: Mapping[str, Any], baseline: Mapping[str, Any]) -> str:

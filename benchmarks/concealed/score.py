@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from corexy_fmi.engine.classes import equals
+
 SHARED = {"xy": ("x", "y"), "motors": ("motor1", "motor2")}
 NEAR_TWIN = 100.0  # E_sep below which `ambiguous` is the right answer
 SAME = 0.2  # relative: two entries with values this close equal one shared entry
@@ -51,12 +53,8 @@ def right_set(document: dict[str, Any], truth: list[dict[str, Any]]) -> bool:
 def _in_class(document: dict[str, Any], truth: list[dict[str, Any]]) -> bool:
     """Whether the truth is among the members of an ambiguous class."""
     wanted = {(e["name"], e["location"]) for e in truth}
-    for group in document.get("ambiguous_sets") or document["ambiguous_between"]:
-        for member in group:
-            members = member if isinstance(member, list) else [member]
-            if {(m["name"], m["location"]) for m in members} == wanted:
-                return True
-    return False
+    told = [members for group in equals(document) for members in group]
+    return any({(m["name"], m["location"]) for m in members} == wanted for members in told)
 
 
 def score(document: dict[str, Any], truth: dict[str, Any]) -> str:

@@ -25,6 +25,7 @@ from benchmarks.concealed.proof import OUT, RESULTS, append, commit, kept_of, re
 from benchmarks.concealed.score import score
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import Diagnosis, diagnose
+from corexy_fmi.engine.classes import equals
 from corexy_fmi.engine.experiment import Experiment
 from corexy_fmi.recording import Recording, read_recording
 
@@ -113,10 +114,8 @@ def _row(entry: dict[str, Any]) -> str:
 
 
 def _words(said: dict[str, Any]) -> str:
-    equal = said.get("ambiguous_sets") or said["ambiguous_between"]
     group = {f"{m['name']} at {m['location']}"
-             for found in equal for member in found
-             for m in (member if isinstance(member, list) else [member])}  # fmt: skip
+             for found in equals(said) for members in found for m in members}  # fmt: skip
     names = sorted(group) or [f"{e['name']} at {e['location']}" for e in said["effects"]]
     return f"{said['verdict']}: {', '.join(names)}" if names else said["verdict"]
 

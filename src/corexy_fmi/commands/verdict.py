@@ -22,6 +22,8 @@ WORDS = {
 
 def show_verdict(document: Mapping[str, Any]) -> None:
     """Verdict, causes and held-out proof; the surrogate's assumption first."""
+    from corexy_fmi.engine.classes import equals
+
     screen = console()
     verdict = str(document["verdict"])
     lines = [WORDS.get(verdict, verdict)]
@@ -34,15 +36,14 @@ def show_verdict(document: Mapping[str, Any]) -> None:
         screen.print(f"{document['located']['coordinate']}: {told[0]}", markup=False)
     elif document["effects"]:
         screen.print(_effects(document["effects"]))
-    for group in document.get("ambiguous_sets") or document["ambiguous_between"]:
+    for group in equals(document):
         members = " or ".join(map(_member, group))
         screen.print(f"cannot be told apart: {members}", markup=False)
     screen.print(_proof(document["heldout"]))
 
 
-def _member(member: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> str:
+def _member(together: Sequence[Mapping[str, Any]]) -> str:
     """One cause, or several that act together."""
-    together = [member] if isinstance(member, Mapping) else member
     return " with ".join(f"{m['name']} at {m['location']}" for m in together)
 
 

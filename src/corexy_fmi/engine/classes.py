@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 Classes = Sequence[Sequence[Sequence[tuple[str, str]]]]
 
@@ -25,6 +26,12 @@ def sets(classes: Classes) -> list[list[list[dict[str, str]]]]:
     together = any(len(key) > 1 for group in classes for key in group)
     whole = [[[_table(pair) for pair in key] for key in group if key] for group in classes]
     return whole if together else []
+
+
+def equals(document: Mapping[str, Any]) -> list[list[list[Mapping[str, Any]]]]:
+    """The classes that a document tells; each member is a list of what acts together."""
+    told = document.get("ambiguous_sets") or document.get("ambiguous_between") or []
+    return [[m if isinstance(m, list) else [m] for m in group] for group in told]
 
 
 def _table(pair: tuple[str, str]) -> dict[str, str]:

@@ -88,11 +88,17 @@ def _needed(
     steps = [np.inf]
     for instance in hypothesis.uses:
         found = _needed_by(layout, machine, base, instance)
-        damps = any(writes_damping(instance.effect, law) for law in instance.effect.laws)
-        if damps and coarse > 1:
-            found = [max(found)]
-        steps += found if damps else [min(coarse, AT_EASE) * h for h in found]
+        if found and coarse > 1:
+            found = [max(found)] if _damps(instance) else [min(coarse, AT_EASE) * h for h in found]
+        steps += found
     return float(min(steps))
+
+
+@lru_cache(maxsize=1024)
+def _damps(instance: Instance) -> bool:
+    """Whether an effect damps belts."""
+    laws = [law for law in instance.effect.laws if law.port == "belt"]
+    return any(writes_damping(instance.effect, law) for law in laws)
 
 
 def _needed_by(layout: Layout, machine: Machine, base: Array, instance: Instance) -> list[float]:

@@ -4,7 +4,7 @@ Differences over thousandths are right about the slope where a fit stands, and m
 where the ground falls: on the straight way from where such a fit ended to the truth the cost fell
 all along, by 320 nats.  Two cures, both of which only ever lower the cost:
 
-- ``across``: steps by differences up to 300 times as long, then shorter ones, again while it pays.
+- ``across``: steps by differences up to 100 times as long, then shorter ones, again while it pays.
 - ``averaged``: the mean residual and its slope by regression over many sets scattered about the
   fit, narrower and narrower (statistical linearisation; Lefebvre, Bruyninckx, De Schutter 2002,
   doi:10.1109/TAC.2002.800742).  Dearer, so only where the ground is rough: where the slope does not

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from corexy_fmi.report.lead import equals
+from corexy_fmi.engine.classes import equals
 from corexy_fmi.report.notices import FAR
 from corexy_fmi.report.quantities import number, quantity
 from corexy_fmi.report.tables import words
@@ -74,8 +74,6 @@ def marked_parts(document: Mapping[str, Any]) -> set[str]:
     """Parts of the stage's drawing to mark: where the effects are, else where the mismatch is."""
     places = [e.get("location") for e in document.get("effects") or []]
     for group in equals(document):
-        for member in group:
-            together = [member] if isinstance(member, Mapping) else member
-            places += [m.get("location") for m in together]
+        places += [m.get("location") for together in group for m in together]
     places = [p for p in places if p] or [(document.get("located") or {}).get("coordinate")]
     return {part for p in places if p for part in PARTS.get(p, {p})}

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from corexy_fmi.engine.classes import equals
 from corexy_fmi.engine.evidence import CornerSize, Evidence
 from corexy_fmi.report.notices import above_noise
 from corexy_fmi.report.quantities import millimetres, percent, quantity
@@ -142,14 +143,9 @@ def classes(document: Document) -> list[list[str]]:
     return told
 
 
-def equals(document: Document) -> list[Any]:
-    """Classes of equals: of sets of effects, where such are told, else of effects."""
-    return list(document.get("ambiguous_sets") or document.get("ambiguous_between") or [])
-
-
-def _member(member: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> str:
+def _member(together: Sequence[Mapping[str, Any]]) -> str:
     """One cause, or several that act together."""
-    return cause(member) if isinstance(member, Mapping) else " with ".join(cause(m) for m in member)
+    return " with ".join(map(cause, together))
 
 
 def _worth_telling(corner: CornerSize | None) -> CornerSize | None:
