@@ -25,23 +25,26 @@
  * concave, its implicit kick is in closed form: each line alone takes away gain |v| + lift, and the
  * least of them holds.  v_s = 0 is set-valued friction: gain 1, lift 0. */
 static const double ROUND_START[2] = {0.194, 0.667}, ROUND_SLOPE[2] = {0.596, 0.1546};
-typedef struct { double gain[3], lift[3]; } rounding;
+typedef struct { double gain0, gain1, lift1, gain2, lift2; } rounding; /* names: arrays stay scalar */
+/* c: what friction takes away of a fast one, s: the speed scale; one division for all three lines */
 INLINE rounding rounded(double c, double s)
 {
-    rounding r;
-    for (int n = 0; n < 3; n++) {
-        const double a = n ? ROUND_START[n - 1] : 0.0, b = n ? ROUND_SLOPE[n - 1] : 1.0;
-        r.gain[n] = s > 0 ? c * b / (s + c * b) : 1.0;
-        r.lift[n] = s > 0 ? c * a * s / (s + c * b) : 0.0;
-    }
+    const double steep = c * ROUND_SLOPE[0], flat = c * ROUND_SLOPE[1];
+    const double own = s + c, first = s + steep, second = s + flat, both = first * second;
+    const double part = 1.0 / (own * both), cut = c * s * (own * part);
+    const rounding r = {
+        pick(s > 0, c * (both * part), 1.0),
+        pick(s > 0, steep * (own * second * part), 1.0), pick(s > 0, ROUND_START[0] * cut * second, 0.0),
+        pick(s > 0, flat * (own * first * part), 1.0), pick(s > 0, ROUND_START[1] * cut * first, 0.0),
+    };
     return r;
 }
 /* what Coulomb friction leaves of a speed; c is what it takes away of a fast one */
-INLINE double slide(double v, double c, const rounding *r)
+INLINE double slide(double v, double c, rounding r)
 {
     const double size = fabs(v);
-    const double slow = smaller(r->gain[0] * size, c);
-    const double fast = smaller(r->gain[1] * size + r->lift[1], r->gain[2] * size + r->lift[2]);
+    const double slow = smaller(r.gain0 * size, c);
+    const double fast = smaller(r.gain1 * size + r.lift1, r.gain2 * size + r.lift2);
     return v - copysign(smaller(slow, fast), v);
 }
 /* the same of set-valued friction */
@@ -53,16 +56,16 @@ INLINE double kicked_free(const stage *s, int i, int l, double v, double force, 
 {
     const double fast = s->keep[i][l] * v + s->push[i][l] * force;
     if (!smooth) return stop(fast, s->slip[i][l]);
-    rounding r;
-    for (int n = 0; n < 3; n++) r.gain[n] = s->round_gain[n][i][l], r.lift[n] = s->round_lift[n][i][l];
-    return slide(fast, s->slip[i][l], &r);
+    const rounding r = {s->round_gain[0][i][l], s->round_gain[1][i][l], s->round_lift[0][i][l],
+                        s->round_gain[2][i][l], s->round_lift[1][i][l]};
+    return slide(fast, s->slip[i][l], r);
 }
 INLINE double drifted(double q, double v, double half) { return q + half * v; }
 
 /* velocity in the middle of the coming step; exactly 0 while it sticks */
 INLINE double middle_velocity(const stage *s, int i, int l)
 {
-    return s->v[i][l] != 0 ? 1.5 * s->v[i][l] - 0.5 * s->before[i][l] : 0.0;
+    return pick(s->v[i][l] != 0, 1.5 * s->v[i][l] - 0.5 * s->before[i][l], 0.0);
 }
 
 #include "stage_rows.h"
@@ -96,20 +99,28 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 #include "stage_belt.h"
 #include "stage_sense.h"
 
-/* what the kick needs of damping and mass, for steps of length h; rows differ by rounding alone */
+/* a step of length h: what stays of a speed, what a force adds, what friction takes away at most */
+typedef struct { double keep, push, slip; } kick;
+INLINE kick kick_of(double h, double mass, double damping, double bound)
+{
+    const double lag = 0.5 * h * damping, share = 1.0 / (mass + lag), push = h * share;
+    const kick k = {(mass - lag) * share, push, push * bound};
+    return k;
+}
+
+/* the kicks of constant damping and mass, for steps of length h; rows differ by rounding alone */
 static void set_kick(stage *s, double h)
 {
     if (same_kick(s, h)) return;
     s->kick_step = h;
     for (int i = 0; i < s->coordinates; i++)
         EACH {
-            const double b = h * s->half_rate[i][l], share = 1.0 / (1.0 + b);
-            s->keep[i][l] = (1.0 - b) * share;
-            s->push[i][l] = h * s->inverse_mass[i][l] * share;
-            s->slip[i][l] = s->push[i][l] * s->bound0[i][l];
+            const kick k = kick_of(h, s->mass[i][l], s->damping0[i][l], s->bound0[i][l]);
+            s->keep[i][l] = k.keep, s->push[i][l] = k.push, s->slip[i][l] = k.slip;
             if (!s->smooth) continue;
-            const rounding r = rounded(s->slip[i][l], s->smoothing[i][l]);
-            for (int n = 0; n < 3; n++) s->round_gain[n][i][l] = r.gain[n], s->round_lift[n][i][l] = r.lift[n];
+            const rounding r = rounded(k.slip, s->smoothing[i][l]);
+            s->round_gain[0][i][l] = r.gain0, s->round_gain[1][i][l] = r.gain1, s->round_gain[2][i][l] = r.gain2;
+            s->round_lift[0][i][l] = r.lift1, s->round_lift[1][i][l] = r.lift2;
         }
 }
 
@@ -130,8 +141,9 @@ INLINE void impose_command(stage *s)
 {
     for (int i = 0; i < 2; i++)
         EACH {
-            s->q[2 + i][l] = s->released[i][l] > 0 ? s->q[2 + i][l] : s->command[i][l];
-            s->v[2 + i][l] = s->released[i][l] > 0 ? s->v[2 + i][l] : s->command_rate[i][l];
+            const int released = s->released[i][l] > 0;
+            s->q[2 + i][l] = pick(released, s->q[2 + i][l], s->command[i][l]);
+            s->v[2 + i][l] = pick(released, s->v[2 + i][l], s->command_rate[i][l]);
         }
 }
 
@@ -150,25 +162,20 @@ static void find_motor_torque(stage *s)
         EACH s->force[2 + i][l] += s->torque[i][l];
 }
 
-/* the kick of a coordinate whose damping and bound are not the constants of set_kick */
-INLINE double kicked_by(const stage *s, int i, int l, double inverse, double damping, double bound,
+/* the kick of a coordinate whose mass, damping or bound are not the constants of set_kick */
+INLINE double kicked_by(const stage *s, int i, int l, double mass, double damping, double bound,
                         const int smooth)
 {
-    const double h = s->kick_step;
-    const double b = h * (0.5 * damping * inverse), share = 1.0 / (1.0 + b);
-    const double push = h * inverse * share;
-    const double slip = push * larger(bound, 0.0);
-    const double fast = (1.0 - b) * share * s->v[i][l] + push * s->force[i][l];
-    if (!smooth) return stop(fast, slip);
-    const rounding r = rounded(slip, s->smoothing[i][l]);
-    return slide(fast, slip, &r);
+    const kick k = kick_of(s->kick_step, mass, damping, larger(bound, 0.0));
+    const double fast = k.keep * s->v[i][l] + k.push * s->force[i][l];
+    return smooth ? slide(fast, k.slip, rounded(k.slip, s->smoothing[i][l])) : stop(fast, k.slip);
 }
 
 INLINE void kick_axes(stage *s, double half, const int smooth)
 {
     for (int i = 0; i < 2; i++)
         EACH {
-            const double v = kicked_by(s, i, l, 1.0 / s->moving[i][l], s->damping[i][l], s->bound[i][l], smooth);
+            const double v = kicked_by(s, i, l, s->moving[i][l], s->damping[i][l], s->bound[i][l], smooth);
             s->v[i][l] = v;
             s->q[i][l] = drifted(s->q[i][l], v, half);
         }
@@ -214,8 +221,8 @@ INLINE void kick_free(stage *s, int first, int end, double half)
 INLINE void turn_motor(stage *s, int i, int l, double free, double half)
 {
     const int released = s->released[i - 2][l] > 0;
-    const double v = released ? free : s->command_rate[i - 2][l];
-    s->before[i][l] = released ? s->v[i][l] : v;
+    const double v = pick(released, free, s->command_rate[i - 2][l]);
+    s->before[i][l] = pick(released, s->v[i][l], v);
     s->v[i][l] = v;
     s->q[i][l] = drifted(s->q[i][l], v, half);
 }
@@ -226,16 +233,30 @@ INLINE void kick_rotors(stage *s, double half, const int damped, const int smoot
         EACH {
             const double damping = s->damping0[i][l] + s->rotor_damping[i - 2][l];
             const double free = damped
-                ? kicked_by(s, i, l, s->inverse_mass[i][l], damping, s->bound0[i][l], smooth)
+                ? kicked_by(s, i, l, s->mass[i][l], damping, s->bound0[i][l], smooth)
                 : kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
             turn_motor(s, i, l, free, half);
+        }
+}
+
+/* motors that are released in no lane */
+INLINE void carry_motors(stage *s, double half)
+{
+    for (int i = 2; i < 4; i++)
+        EACH {
+            const double v = s->command_rate[i - 2][l];
+            s->before[i][l] = v;
+            s->v[i][l] = v;
+            s->q[i][l] = drifted(s->q[i][l], v, half);
         }
 }
 
 INLINE void kick_motors(stage *s, double half)
 {
     const int damped = hooked(s, PORT_MOTOR);
-    if (s->smooth) kick_rotors(s, half, damped, 1);
+    if (!s->frees_motors) carry_motors(s, half);
+    else if (s->smooth && damped) kick_rotors(s, half, 1, 1);
+    else if (s->smooth) kick_rotors(s, half, 0, 1);
     else if (damped) kick_rotors(s, half, 1, 0);
     else kick_rotors(s, half, 0, 0);
 }

@@ -30,6 +30,7 @@ typedef struct {
     int smooth; /* Coulomb friction is rounded in some lane */
     int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, a lane is one register */
     int has_free_form, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks;
+    int frees_motors; /* some lane moves a rotor by its forces */
     int bent; /* sections may change their stiffness, or be damped */
     double now, step;            /* middle of the running micro-step [s], its length [s] */
     double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
@@ -46,7 +47,7 @@ typedef struct {
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
     double kick_step;            /* [s] that the next line is for; 0: none */
     lane keep[COORDINATES], push[COORDINATES], slip[COORDINATES];
-    lane round_gain[3][COORDINATES], round_lift[3][COORDINATES]; /* of smooth Coulomb friction */
+    lane round_gain[3][COORDINATES], round_lift[2][COORDINATES]; /* of smooth Coulomb friction */
     /* state */
     lane q[COORDINATES], v[COORDINATES], before[COORDINATES]; /* before: v one micro-step ago */
     /* working variables of a micro-step */

@@ -78,6 +78,9 @@ void stage_derive(stage *s)
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK);
     s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && !s->smooth && s->topology != KINEMATIC;
+    s->frees_motors = 0;
+    for (int i = 0; i < 2; i++)
+        EACH s->frees_motors |= s->released[i][l] > 0;
     s->bent = s->has_belt_damping || hooked(s, PORT_BELT);
     if (!hooked(s, PORT_CONTACT)) memset(s->offset, 0, sizeof s->offset);
     memset(s->slope, 0, sizeof s->slope);

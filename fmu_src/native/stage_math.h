@@ -12,6 +12,17 @@ static const double ROUNDER = 6755399441055744.0;
 INLINE uint64_t bits_of(double x) { uint64_t b; memcpy(&b, &x, sizeof b); return b; }
 INLINE double from_bits(uint64_t b) { double x; memcpy(&x, &b, sizeof x); return x; }
 
+/* one of two values; both are always read, for masked loads and stores cost dozens of cycles with AVX2 */
+INLINE double pick(int condition, double one, double other)
+{
+#if LANES > 1
+    const uint64_t mask = condition ? ~(uint64_t)0 : 0;
+    return from_bits((bits_of(one) & mask) | (bits_of(other) & ~mask));
+#else
+    return condition ? one : other;
+#endif
+}
+
 /* e^x; below -708 the smallest normal numbers stand for zero */
 INLINE double exponential(double x)
 {

@@ -99,7 +99,7 @@ def law_code(effect: Effect, law: Law, index: int) -> str:
     body += lines
     body += [f"const double {n}_new = {value};" for n, value in results.items()]
     targets = {n: _target(effect, law, n) for n in results}
-    body += [f"{target} = on ? {n}_new : {target};" for n, target in targets.items()]
+    body += [f"{target} = pick(on, {n}_new, {target});" for n, target in targets.items()]
     code = "\n".join(f"        {line}" for line in body)
     return (
         f"/* {effect.summary} [{effect.citation}] */\n"

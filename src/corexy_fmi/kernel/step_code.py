@@ -20,8 +20,8 @@ def find_forces(stage: Stage) -> str:
         drifted = f"drifted(s->q[{i}][l], v{i}, half)"
         lines += [f"double v{i} = s->v[{i}][l], q{i} = {drifted};"]
     for m, i in ((0, 2), (1, 3)):
-        lines += [f"q{i} = s->released[{m}][l] > 0 ? q{i} : s->command[{m}][l];"]
-        lines += [f"v{i} = s->released[{m}][l] > 0 ? v{i} : s->command_rate[{m}][l];"]
+        lines += [f"q{i} = pick(s->released[{m}][l] > 0, q{i}, s->command[{m}][l]);"]
+        lines += [f"v{i} = pick(s->released[{m}][l] > 0, v{i}, s->command_rate[{m}][l]);"]
     lines += ["const double r = s->radius[0][l];", "(void)r;"]
     pulled = {c for section in stage.sections for c in section.row}
     turning = [i for i in range(2, count) if stage.coordinates[i] in pulled]
@@ -89,7 +89,7 @@ def find_rate(stage: Stage) -> str:
     for i in range(len(stage.coordinates)):
         lines.append(f"double q{i} = middle_velocity(s, {i}, l); (void)q{i};")
     for m, i in ((0, 2), (1, 3)):
-        lines.append(f"q{i} = s->released[{m}][l] > 0 ? q{i} : s->v[{i}][l];")
+        lines.append(f"q{i} = pick(s->released[{m}][l] > 0, q{i}, s->v[{i}][l]);")
     for i in range(2, len(stage.coordinates)):
         arm = f"s->gain[{i - 2}][l]" if i < FIRST_IDLER else "r"
         lines.append(f"const double u{i} = {arm} * q{i}; (void)u{i};")
