@@ -73,3 +73,16 @@ def test_a_step_that_the_noise_hides_is_left():
     fit = fitted(posed(noise=1e-4, coarse=2.0))
     assert hides(fit.problem, replace(fit.problem, coarse=1.0), fit.u, HIDDEN)
     assert fine(fit) is fit
+
+
+@pytest.mark.parametrize(("noise", "longer"), [(1e-4, True), (1e-11, False)])
+def test_what_is_left_unnamed_is_bounded_with_the_longest_step_that_hides_it(noise, longer):
+    own = posed(noise=noise)
+    u = np.zeros(own.size)
+    residual = own.residual(u[None])[0]
+    fit = Fit(own, u, float(costs(residual[None])[0]) + own.log_scale(), residual)
+    eased = retune.quick(fit)
+    assert (eased.problem.limit > own.limit) == longer
+    assert eased is fit or abs(eased.cost - fit.cost) < 2 * retune.SHOWN + 1
+    assert np.array_equal(eased.u, fit.u)
+    assert retune.quick(eased) is eased

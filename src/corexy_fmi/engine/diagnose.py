@@ -25,7 +25,7 @@ from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.name import Competition, compete
 from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.retune import quick, retune
 from corexy_fmi.engine.screen import bounds
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
@@ -93,7 +93,7 @@ def diagnose(
             Hypothesis((*fit.problem.hypothesis.uses, i))
             for i in instances(layout, machine, without)
         ]
-        leads = bounds(fit, others, mapper)
+        leads = bounds(quick(fit), others, mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
     paper = _document(
         verdict, competition, fit, proof, leads, machine, machine_assumed, not holdout

@@ -31,6 +31,16 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     return settle(unstuck(minimise(_quick(cleaned, first.u), first.u)))
 
 
+def quick(fit: Fit) -> Fit:
+    """The fit as it is, where longer micro-steps change next to nothing with those."""
+    problem = _quick(replace(fit.problem, coarse=1.0), fit.u)
+    if not np.isfinite(fit.cost) or problem.limit <= fit.problem.limit:
+        return fit
+    residual = problem.residual(fit.u[None])[0]
+    cost = 0.5 * float(residual @ residual) + problem.log_scale()
+    return Fit(problem, fit.u, cost, residual, fit.near)
+
+
 def _quick(problem: Problem, u: np.ndarray) -> Problem:
     """The problem with the longest micro-steps that change next to nothing.
 
