@@ -9,7 +9,9 @@ from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion,
 from corexy_fmi.engine import retune
 from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
 from corexy_fmi.engine.problem import AT_EASE, BROKEN
+from corexy_fmi.engine.search import stiffened
 from corexy_fmi.engine.signature import raw_changes
+from corexy_fmi.engine.unknowns import STIFFNESS
 
 RIGID = ("axis_skew", "sensor"), ("constant_force", "x"), ("stribeck_friction", "x")
 POLES = ("tool_mode", "tool"), ("presliding_hysteresis", "x"), ("belt_mismatch", "belts")
@@ -46,6 +48,16 @@ def test_the_longest_step_that_changes_next_to_nothing_is_taken():
     u = np.zeros(loud.size)
     assert retune._quick(loud, u).coarse > 1
     assert retune._quick(quiet, u).coarse == 1
+
+
+def test_belts_that_retuned_soft_take_no_step_that_those_of_the_machine_file_break_down_with():
+    loud = posed(noise=1e-3)
+    soft, file = np.zeros((2, loud.size))
+    soft[loud.keys.index(STIFFNESS)] = -2.0
+    chosen = retune._quick(loud, soft)
+    assert hides(loud, replace(loud, coarse=4.0), soft, retune.SHOWN)
+    for u in (soft, file):
+        assert costs(chosen.residual(stiffened(chosen, u)[None]))[0] < BROKEN
 
 
 def test_a_step_that_hides_nothing_is_refined_at_the_end():

@@ -79,7 +79,7 @@ def diagnose(
     train, findings = preflight(train, machine)
     holdout, more = preflight(holdout, machine)
     runs, kept = make_runs(train, holdout, machine)
-    without |= meaningless(runs, layout)
+    without |= meaningless(runs, machine, layout)
     whole, kept = whole_runs(runs), kept_parts(kept)
     with _workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)

@@ -12,6 +12,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
+from corexy_fmi.topology import STAGES
 
 
 def preflight(
@@ -42,15 +43,23 @@ def make_runs(
     return pairs
 
 
-def meaningless(runs: Sequence[Run], layout: Layout) -> frozenset[str]:
+def meaningless(runs: Sequence[Run], machine: Machine, layout: Layout) -> frozenset[str]:
     """Effects that these recordings cannot have: a delay where the clock is free; anything of the
     sensor where it is the loop's own, which then follows what the sensor says; what counts time
     from the start where excerpts are fitted.
     """
     names = {"sensor_delay"} if any(run.clock_free for run in runs) else set()
-    if all(s.channel in run.zeroed for run in runs for s in run.samples):
+    if any(STAGES[machine.stage].direct) and all(map(_looped, runs)):
         names |= {i.effect.name for i in layout.instances if i.location == "sensor"}
     return frozenset(names) | (restarted(layout) if needed(runs) else frozenset())
+
+
+def _looped(run: Run) -> bool:
+    """Whether a loop runs on what is measured: a machine whose motor is fixed to its axis has one
+    sensor, whose zero is then that of the references.
+    """
+    own = all(samples.channel in run.zeroed for samples in run.samples)
+    return own and run.excitation.mode == "closed_loop"
 
 
 def whole_runs(runs: Sequence[Run]) -> list[Run]:
