@@ -20,55 +20,8 @@
 
 #include "stage_math.h"
 #include "stage_wide.h"
-
-/* Coulomb friction F(v) = f min(x, a1 + b1 x, a2 + b2 x, 1), x = |v| / v_s: tanh within 2 %.  Being
- * concave, its implicit kick is in closed form: each line alone takes away gain |v| + lift, and the
- * least of them holds.  v_s = 0 is set-valued friction: gain 1, lift 0. */
-static const double ROUND_START[2] = {0.194, 0.667}, ROUND_SLOPE[2] = {0.596, 0.1546};
-typedef struct { double gain0, gain1, lift1, gain2, lift2; } rounding; /* names: arrays stay scalar */
-/* c: what friction takes away of a fast one, s: the speed scale; one division for all three lines */
-INLINE rounding rounded(double c, double s)
-{
-    const double steep = c * ROUND_SLOPE[0], flat = c * ROUND_SLOPE[1];
-    const double own = s + c, first = s + steep, second = s + flat, both = first * second;
-    const double part = 1.0 / (own * both), cut = c * s * (own * part);
-    const rounding r = {
-        pick(s > 0, c * (both * part), 1.0),
-        pick(s > 0, steep * (own * second * part), 1.0), pick(s > 0, ROUND_START[0] * cut * second, 0.0),
-        pick(s > 0, flat * (own * first * part), 1.0), pick(s > 0, ROUND_START[1] * cut * first, 0.0),
-    };
-    return r;
-}
-/* what Coulomb friction leaves of a speed; c is what it takes away of a fast one */
-INLINE double slide(double v, double c, rounding r)
-{
-    const double size = fabs(v);
-    const double slow = smaller(r.gain0 * size, c);
-    const double fast = smaller(r.gain1 * size + r.lift1, r.gain2 * size + r.lift2);
-    return v - copysign(smaller(slow, fast), v);
-}
-/* the same of set-valued friction */
-INLINE double stop(double v, double c) { return v - larger(-c, smaller(v, c)); }
-
-/* the kick of coordinate i with the constants of set_kick; ``smooth`` is s->smooth, known to the
- * compiler, so that set-valued friction costs nothing of the other */
-INLINE double kicked_free(const stage *s, int i, int l, double v, double force, const int smooth)
-{
-    const double fast = s->keep[i][l] * v + s->push[i][l] * force;
-    if (!smooth) return stop(fast, s->slip[i][l]);
-    const rounding r = {s->round_gain[0][i][l], s->round_gain[1][i][l], s->round_lift[0][i][l],
-                        s->round_gain[2][i][l], s->round_lift[1][i][l]};
-    return slide(fast, s->slip[i][l], r);
-}
-INLINE double drifted(double q, double v, double half) { return q + half * v; }
-
-/* velocity in the middle of the coming step; exactly 0 while it sticks */
-INLINE double middle_velocity(const stage *s, int i, int l)
-{
-    return pick(s->v[i][l] != 0, 1.5 * s->v[i][l] - 0.5 * s->before[i][l], 0.0);
-}
-
 #include "stage_rows.h"
+#include "stage_friction.h"
 #include "stage_generated.h"
 
 typedef const struct topology table;
@@ -97,32 +50,8 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 
 #include "stage_free_form.h"
 #include "stage_belt.h"
+#include "stage_kick.h"
 #include "stage_sense.h"
-
-/* a step of length h: what stays of a speed, what a force adds, what friction takes away at most */
-typedef struct { double keep, push, slip; } kick;
-INLINE kick kick_of(double h, double mass, double damping, double bound)
-{
-    const double lag = 0.5 * h * damping, share = 1.0 / (mass + lag), push = h * share;
-    const kick k = {(mass - lag) * share, push, push * bound};
-    return k;
-}
-
-/* the kicks of constant damping and mass, for steps of length h; rows differ by rounding alone */
-static void set_kick(stage *s, double h)
-{
-    if (same_kick(s, h)) return;
-    s->kick_step = h;
-    for (int i = 0; i < s->coordinates; i++)
-        EACH {
-            const kick k = kick_of(h, s->mass[i][l], s->damping0[i][l], s->bound0[i][l]);
-            s->keep[i][l] = k.keep, s->push[i][l] = k.push, s->slip[i][l] = k.slip;
-            if (!s->smooth) continue;
-            const rounding r = rounded(k.slip, s->smoothing[i][l]);
-            s->round_gain[0][i][l] = r.gain0, s->round_gain[1][i][l] = r.gain1, s->round_gain[2][i][l] = r.gain2;
-            s->round_lift[0][i][l] = r.lift1, s->round_lift[1][i][l] = r.lift2;
-        }
-}
 
 static void set_command(stage *s, double time)
 {
@@ -160,105 +89,6 @@ static void find_motor_torque(stage *s)
     run_port(s, PORT_TORQUE);
     for (int i = 0; i < 2; i++)
         EACH s->force[2 + i][l] += s->torque[i][l];
-}
-
-/* the kick of a coordinate whose mass, damping or bound are not the constants of set_kick */
-INLINE double kicked_by(const stage *s, int i, int l, double mass, double damping, double bound,
-                        const int smooth)
-{
-    const kick k = kick_of(s->kick_step, mass, damping, larger(bound, 0.0));
-    const double fast = k.keep * s->v[i][l] + k.push * s->force[i][l];
-    return smooth ? slide(fast, k.slip, rounded(k.slip, s->smoothing[i][l])) : stop(fast, k.slip);
-}
-
-INLINE void kick_axes(stage *s, double half, const int smooth)
-{
-    for (int i = 0; i < 2; i++)
-        EACH {
-            const double v = kicked_by(s, i, l, s->moving[i][l], s->damping[i][l], s->bound[i][l], smooth);
-            s->v[i][l] = v;
-            s->q[i][l] = drifted(s->q[i][l], v, half);
-        }
-}
-
-/* an axis whose friction or force a law changes */
-static void kick_guides(stage *s, double half)
-{
-    for (int i = 0; i < 2; i++)
-        EACH {
-            s->bound[i][l] = s->bound0[i][l];
-            s->damping[i][l] = s->damping0[i][l];
-            s->moving[i][l] = s->mass[i][l];
-            s->across[i][l] = s->force[1 - i][l];
-            s->middle_v[i][l] = middle_velocity(s, i, l);
-            s->before[i][l] = s->v[i][l];
-        }
-    run_port(s, PORT_GUIDE);
-    run_port(s, PORT_STICK);
-    if (s->smooth) kick_axes(s, half, 1);
-    else kick_axes(s, half, 0);
-}
-
-INLINE void kick_from(stage *s, int first, int end, double half, const int smooth)
-{
-    for (int i = first; i < end; i++)
-        EACH {
-            const double v = kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
-            s->before[i][l] = s->v[i][l];
-            s->v[i][l] = v;
-            s->q[i][l] = drifted(s->q[i][l], v, half);
-        }
-}
-
-/* coordinates whose friction no law changes */
-INLINE void kick_free(stage *s, int first, int end, double half)
-{
-    if (s->smooth) kick_from(s, first, end, half, 1);
-    else kick_from(s, first, end, half, 0);
-}
-
-/* a motor follows its command where it is not released */
-INLINE void turn_motor(stage *s, int i, int l, double free, double half)
-{
-    const int released = s->released[i - 2][l] > 0;
-    const double v = pick(released, free, s->command_rate[i - 2][l]);
-    s->before[i][l] = pick(released, s->v[i][l], v);
-    s->v[i][l] = v;
-    s->q[i][l] = drifted(s->q[i][l], v, half);
-}
-
-INLINE void kick_rotors(stage *s, double half, const int damped, const int smooth)
-{
-    for (int i = 2; i < 4; i++)
-        EACH {
-            const double damping = s->damping0[i][l] + s->rotor_damping[i - 2][l];
-            const double free = damped
-                ? kicked_by(s, i, l, s->mass[i][l], damping, s->bound0[i][l], smooth)
-                : kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
-            turn_motor(s, i, l, free, half);
-        }
-}
-
-/* motors that are released in no lane */
-INLINE void carry_motors(stage *s, double half)
-{
-    for (int i = 2; i < 4; i++)
-        EACH {
-            const double v = s->command_rate[i - 2][l];
-            s->before[i][l] = v;
-            s->v[i][l] = v;
-            s->q[i][l] = drifted(s->q[i][l], v, half);
-        }
-}
-
-INLINE void kick_motors(stage *s, double half)
-{
-    const int damped = hooked(s, PORT_MOTOR);
-    if (!s->frees_motors) carry_motors(s, half);
-    else if (s->smooth && damped) kick_rotors(s, half, 1, 1);
-    else if (s->smooth) kick_rotors(s, half, 0, 1);
-    else if (damped) kick_rotors(s, half, 1, 0);
-    else kick_rotors(s, half, 0, 0);
 }
 
 /* motors in the middle of the step, and how far their pulleys carry the belts */

@@ -34,7 +34,7 @@ FLAGS = (
 )
 # loops over lanes become vectors, never calls that copy memory
 LANE_FLAGS = ("-ftree-slp-vectorize", "-fopenmp-simd", "-fno-tree-loop-distribute-patterns")
-PARTS = ("begin", "belt", "free_form", "math", "rows", "sense", "wide")
+PARTS = ("begin", "belt", "free_form", "friction", "kick", "math", "rows", "sense", "wide")
 STAGE_HEADERS = ("stage.h", *(f"stage_{part}.h" for part in PARTS))
 KERNEL_SOURCES = (*STAGE_HEADERS, "stage.c", "batch.c")
 SUFFIX = {"Windows": ".dll", "Darwin": ".dylib"}.get(platform.system(), ".so")
