@@ -31,10 +31,14 @@ def main() -> None:
     controller, cable = StandIn(FAMILIES[words.family], settings), Cable(words.link)
     ended: list[int] = []
     signal.signal(signal.SIGTERM, lambda *_: ended.append(1))
-    signal.signal(signal.SIGUSR1, lambda *_: cable.pull())
+    pulled: list[int] = []
+    signal.signal(signal.SIGUSR1, lambda *_: pulled.append(1))
     print("ready", flush=True)
     began = time.perf_counter()
     while not ended:
+        if pulled:
+            pulled.clear()
+            cable.pull()
         controller.write(cable.read())
         late = time.perf_counter() - began - controller.time
         if late > 0:

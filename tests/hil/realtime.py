@@ -65,11 +65,12 @@ def serve(link: Path, tracker_port: int | None) -> None:
     """Until SIGTERM."""
     stop: list[int] = []
     pulled: list[int] = []
+    pressed: list[int] = []  # a signal comes within any write: the loop does what it asks for
     signal.signal(signal.SIGTERM, lambda *_: stop.append(1))
     signal.signal(signal.SIGUSR1, lambda *_: pulled.append(1))
+    signal.signal(signal.SIGUSR2, lambda *_: pressed.append(1))
     udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     with Rig(Stage(), tracker_rate=40.0) as rig:
-        signal.signal(signal.SIGUSR2, lambda *_: rig.emulator.pin("C0", 1))
         cable, lines = Cable(link), RigLines(rig)
         print("ready", flush=True)
         began, slices = time.monotonic(), 0
@@ -77,6 +78,9 @@ def serve(link: Path, tracker_port: int | None) -> None:
             if pulled:
                 pulled.clear()
                 cable.pull()
+            if pressed:
+                pressed.clear()
+                rig.emulator.pin("C0", 1)
             data = cable.read()
             if data:
                 rig.write(data)
