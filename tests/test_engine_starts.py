@@ -139,6 +139,9 @@ def test_they_are_found_and_reported_by_file():
     assert table["steps@2.csv"]["value"] == pytest.approx(-3.0, abs=0.05)
     assert table["time@2.csv"]["value"] == pytest.approx(1.4, abs=5e-3)
     assert table["time@2.csv"]["unit"] == "s"
+    assert all(entry["determined"] for entry in table.values())
+    blind = effect_table(fit, "missed_steps", "motor1", np.eye(fit.problem.size) * 1e12)
+    assert not any(blind[f"steps@{n}.csv"]["determined"] for n in range(3))  # a time has no range
     for n, steps, near in ((0, 2.0, 0.05), (1, 0.0, 0.3), (2, -3.0, 0.05)):
         (use,) = tuned_machine(fit, "found", n).effects
         assert use.parameters["steps"] == pytest.approx(steps, abs=near)

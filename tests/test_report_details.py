@@ -7,7 +7,9 @@ from corexy_fmi.effects import catalogue
 from corexy_fmi.report.decimate import envelope, log_bins, outline, rms_per_cell
 from corexy_fmi.report.equation import typeset
 from corexy_fmi.report.quantities import number, percent, quantity, with_interval
+from corexy_fmi.report.tables import parameters, words
 from corexy_fmi.report.words import cause, place
+from tests.report_cases import make_document
 
 
 @pytest.mark.parametrize("name", sorted(catalogue()))
@@ -83,6 +85,17 @@ def test_intervals_and_shares_keep_the_digits_that_matter():
     assert number(123456).startswith("1.23")
     shares = [percent(v).replace("\u202f", " ") for v in (0.998, 0.99999, 1.0, 1e-5, 0.31, 0.974)]
     assert shares == ["99.8 %", "> 99.9 %", "100 %", "< 0.1 %", "31 %", "97.4 %"]
+
+
+def test_a_number_that_data_do_not_tell_is_no_value():
+    document = make_document("explained")
+    estimates = document["effects"][0]["parameters"]
+    name = next(iter(estimates))
+    told = {row[1]: row[2:] for row in parameters(document).rows}
+    estimates[name] |= {"determined": False}
+    (value, interval) = next(r[2:] for r in parameters(document).rows if r[1] == words(name))
+    assert value == "undetermined"
+    assert interval == f"{told[words(name)][1]}: its whole range"
 
 
 def test_places_read_well():

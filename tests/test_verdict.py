@@ -17,6 +17,17 @@ def test_cause_place_size_and_remedy(capsys):
         assert word in screen
 
 
+def test_a_number_that_data_do_not_tell_is_not_printed(capsys):
+    (effect,) = example()["effects"]
+    grip = {"value": 0.638, "unit": "N m", "ci95": [1e-5, 1.0], "determined": False}
+    screen = shown(
+        capsys, effects=[{**effect, "parameters": {**effect["parameters"], "grip": grip}}]
+    )
+    assert "gap = 0.021 rad" in screen
+    assert "grip = undetermined" in screen
+    assert "0.638" not in screen
+
+
 def test_held_out_proof(capsys):
     screen = shown(capsys)
     for word in ("rms_nominal", "0.0001", "rms_explained", "2.1e-05", "96.8%"):

@@ -52,13 +52,19 @@ def _effects(effects: list[Mapping[str, Any]]) -> Table:
     table = Table("cause", "location", "probability", "parameters", "remedy", "check")
     for effect in effects:
         numbers = "\n".join(
-            f"{name} = {entry['value']:.4g} {entry['unit']}{_interval(entry)}"
-            for name, entry in effect["parameters"].items()
+            f"{name} = {_estimate(entry)}" for name, entry in effect["parameters"].items()
         )
         row = (effect["name"], effect["location"], f"{effect['probability']:.3f}", numbers)
         told = (effect.get("remedy", ""), effect.get("check", ""))
         table.add_row(*cells(*row, *told))
     return table
+
+
+def _estimate(entry: Mapping[str, Any]) -> str:
+    """A value with its interval, where data tell it."""
+    if entry.get("determined") is False:
+        return "undetermined"
+    return f"{entry['value']:.4g} {entry['unit']}{_interval(entry)}"
 
 
 def _interval(entry: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ from corexy_fmi.engine.unknowns import SMOOTHING, Unknown
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import EffectUse, FreeForm, Machine
 
+WHOLE = 0.98  # share of a parameter's range from which on an interval tells nothing of it
 Z95 = 1.959963984540054
 
 
@@ -96,7 +97,7 @@ def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
 
 
 def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str, dict[str, object]]:
-    """The parameters of one named effect with unit and interval."""
+    """The parameters of one named effect with unit, interval, and whether data narrow its range."""
     instance = next(
         i for i in fit.problem.hypothesis.uses if (i.effect.name, i.location) == (name, location)
     )
@@ -110,8 +111,16 @@ def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str,
                 "value": entry["value"],
                 "unit": units[parameter.partition("@")[0]],
                 "ci95": entry["ci95"],
+                "determined": _determined(fit, k, spread),
             }
     return table
+
+
+def _determined(fit: Fit, k: int, spread: Array) -> bool:
+    """Whether an interval leaves out any of the range that the catalogue allows."""
+    (low, high), u = fit.problem.unknowns[k].limits(), float(fit.u[k])
+    reach = Z95 * math.sqrt(max(float(spread[k, k]), 0.0))
+    return min(u + reach, high) - max(u - reach, low) < WHOLE * (high - low)
 
 
 def upper_bound(lead: Lead, bound: float) -> dict[str, object]:

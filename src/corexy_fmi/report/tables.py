@@ -53,6 +53,8 @@ def parameters(document: Document) -> Table:
             value, interval = with_interval(
                 entry["value"], entry.get("ci95"), entry.get("unit", "")
             )
+            if entry.get("determined") is False:
+                value, interval = "undetermined", f"{interval}: its whole range"
             rows.append((sentence(cause(effect)), words(name), value, interval))
     return _table(
         "Parameters of the named effects.",
