@@ -14,17 +14,19 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 AXES = ("x", "y")
 STILL = 1e-4  # [m/s] below which a sign means nothing
+STEP = 1e-3  # [s] from row to row of the plant
 
 
 def _motion(case: Any, name: str, rows: int) -> dict[str, Array]:
-    """What a law may depend on, from the noise-free truth and the recording's own rows."""
+    """What a law may depend on, from the noise-free truth and the recording (it may lack rows)."""
     clean = case.train_clean[name]
     text = case.train[name].splitlines()
     head = next(n for n, line in enumerate(text) if not line.startswith("#"))
     names = text[head].split(",")
     given = np.genfromtxt(text[head + 1 :], delimiter=",")
-    columns = {n: given[:rows, names.index(n)] for n in ("time", "phi1", "phi2") if n in names}
-    time = columns.pop("time")
+    seen, time = given[:, names.index("time")], STEP * np.arange(rows)
+    turned = [n for n in ("phi1", "phi2") if n in names]
+    columns = {n: np.interp(time, seen, given[:, names.index(n)]) for n in turned}
     found = {"t": time, "x": clean["x"][:rows], "y": clean["y"][:rows]} | columns
     return found | {f"v{n}": np.gradient(found[n], time) for n in AXES}
 

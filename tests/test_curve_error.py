@@ -1,0 +1,31 @@
+"""The error of a free-form law against the planted force (benchmarks/concealed/curve.py)."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed.curve import curve_error
+
+TIME = 1e-3 * np.arange(4000)
+PLACE = 0.05 * np.sin(2 * np.pi * 0.7 * TIME)
+FORCE = np.cos(2 * np.pi * PLACE / 0.03)
+KNOTS = np.linspace(-0.05, 0.05, 201)
+
+
+def case(missing: list[int]) -> SimpleNamespace:
+    rows = [f"{t!r},0.0,0.0" for n, t in enumerate(TIME.tolist()) if n not in missing]
+    text = "# zero: x, y\n" + "\n".join(["time,phi1,phi2", *rows])
+    return SimpleNamespace(
+        train={"train1.csv": text},
+        train_clean={"train1.csv": {"x": PLACE, "y": PLACE}},
+        planted_force={"force": [np.column_stack([FORCE, 0 * FORCE])]},
+    )
+
+
+@pytest.mark.parametrize("missing", [[], [7, *range(1000, 1800)]], ids=["whole", "rows missing"])
+@pytest.mark.parametrize(("factor", "error"), [(1.0, 0.0), (0.8, 0.2), (0.0, 1.0)])
+def test_the_error_is_the_share_that_the_law_leaves(missing, factor, error):
+    law = {"name": "free_form", "location": "x", "argument": "x", "knots": KNOTS}
+    document = {"effects": [law | {"values": factor * np.cos(2 * np.pi * KNOTS / 0.03)}]}
+    assert curve_error(case(missing), document) == pytest.approx(error, abs=2e-3)
