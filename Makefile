@@ -6,11 +6,12 @@ FIRMWARE := stepper
 # two workers, a file at a time, in the order of tests/conftest.py
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: help bootstrap demo test lint unit coverage proof blind real bench firmware flash hil
+.PHONY: help bootstrap demo test test-long lint unit coverage proof blind real bench firmware flash hil
 
 help:
 	@echo "make demo          the main job on bundled recordings; results in out/demo"
-	@echo "make test          style, types, imports, tests"
+	@echo "make test          style, types, imports, tests but the long ones"
+	@echo "make test-long     the tests of ten seconds and more"
 	@echo "make coverage      the tests again, and the lines that they leave out"
 	@echo "make blind SEED=n  one concealed case: drawn, sealed, diagnosed, opened"
 	@echo "make proof         the long studies"
@@ -35,7 +36,10 @@ lint: bootstrap
 	@echo "import-linter"; .venv/bin/lint-imports --no-cache
 
 unit: bootstrap
-	@$(PYTHON) -m pytest $(TWO) --junitxml=out/tests.xml
+	@$(PYTHON) -m pytest $(TWO) -m "not long" --junitxml=out/tests.xml
+
+test-long: bootstrap
+	@$(PYTHON) -m pytest $(TWO) -m long --junitxml=out/tests-long.xml
 
 coverage: bootstrap
 	@$(PYTHON) -m pytest $(TWO) --cov=src --cov-report=term:skip-covered --cov-fail-under=90

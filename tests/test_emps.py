@@ -40,6 +40,7 @@ def test_the_published_numbers_hold_in_closed_loop():
     assert 1.5e-6 < error.mean() < 3e-6  # 3.16 N over g kp
 
 
+@pytest.mark.long
 @real
 def test_the_pulses_are_found_where_they_were_logged():
     logged = loadmat(emps.DATA / "DATA_EMPS_PULSES.mat")

@@ -33,6 +33,7 @@ def test_the_offset_is_found(offset):
     assert LATE * start(posed)[-1] == pytest.approx(offset, abs=3e-3)
 
 
+@pytest.mark.long
 def test_an_offset_hides_no_effect_and_is_none():
     bare = nominal("light_bench")
     for machine, expected in (

@@ -31,6 +31,7 @@ def exported(name):
     return load_machine(place / "machine.toml"), found, build_fmu(place, found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FOUND)
 def test_the_file_reads_back_the_same(name):
     again, found, _ = exported(name)

@@ -91,6 +91,7 @@ def test_voltages_command_no_motion():
     assert not at_rest(replace(run, excitation=replace(run.excitation, mode="voltages"))).any()
 
 
+@pytest.mark.long
 def test_struck_from_the_catalogue_it_is_not_misnamed():
     """The nearest rival fits well enough; what it leaves forbids its name."""
     train, judge = pair(truth(("backlash", "motor1")))
@@ -112,6 +113,7 @@ def test_independent_samples_of_coloured_noise(colour):
     assert independent(noise) == pytest.approx(expected, rel=0.4)
 
 
+@pytest.mark.long
 def test_noise_that_grows_in_motion_is_no_noise():
     """A hum of the drive that no model holds: not called noise, whatever its colour."""
     quiet = record(machine(BENCH), chain(rich_motion(), rest((0, 0), 1.2)))

@@ -45,6 +45,7 @@ def recorded(chosen, truth, motion, seed):
     return replace(order, channels=order.channels | measured)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("uses", [(STRIBECK,), (DELAY,), ()], ids=["friction", "delay", "null"])
 @pytest.mark.parametrize("topology", list(PARAMETERS))
 def test_what_is_planted_is_named(topology, uses):

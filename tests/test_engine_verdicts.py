@@ -28,7 +28,13 @@ from corexy_fmi.simulate import excitation, machine_vector
 from tests.contract.documents import problems
 
 STRUCK = frozenset({"stribeck_friction"})
-EXPLAINED = [name for name in CASES if name.split()[0] not in ("nothing", "nothing,", "run-out,")]
+OTHERS = ("nothing", "nothing,", "run-out,")
+LONG = ("stribeck", "backlash, dc")
+EXPLAINED = [
+    pytest.param(name, marks=[pytest.mark.long] if name in LONG else [])
+    for name in CASES
+    if name.split()[0] not in OTHERS
+]
 
 
 def sound(diagnosis: Diagnosis) -> dict:
@@ -80,6 +86,7 @@ def test_nothing_is_found_where_nothing_is_missing(case):
     assert diagnosed(case).machine.effects == ()
 
 
+@pytest.mark.long
 def test_a_struck_entry_leaves_a_law_without_a_name():
     found = diagnosed("stribeck", without=STRUCK)
     document = sound(found)
@@ -96,6 +103,7 @@ def test_a_struck_entry_leaves_a_law_without_a_name():
     assert (curve.value <= curve.upper).all()
 
 
+@pytest.mark.long
 def test_near_twins_are_not_told_apart_on_weak_data():
     document = sound(diagnosed("run-out, weak"))
     assert document["verdict"] == "ambiguous"
@@ -118,6 +126,7 @@ def same(one, other) -> bool:
     return one == other or (one != one and other != other)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", ["run-out, weak", "delay"])
 def test_one_worker_or_two_change_no_bit(case):
     one, two = diagnosed(case, 1), diagnosed(case, 2)
@@ -172,6 +181,7 @@ def test_coloured_noise_is_no_physics():
     assert document["verdict"] == "nothing_missing"
 
 
+@pytest.mark.long
 def test_a_swapped_recording_is_put_right_first():
     train, judge = pair(with_effects(machine(), STRIBECK, **ASIDE))
     swapped = [

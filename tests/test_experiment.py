@@ -76,6 +76,7 @@ def repeated(truth, order, n):
     return replace(order, name=f"{n}.csv", channels={**order.channels, **measured})
 
 
+@pytest.mark.long
 def test_the_next_experiment_settles_an_ambiguous_verdict():
     truth, train, judge, found = ambiguous()
     assert found.document["verdict"] == "ambiguous"

@@ -34,6 +34,7 @@ def rows():
     return {(row.name, row.location): row for row in found}
 
 
+@pytest.mark.long
 def test_every_effect_and_place_is_told():
     assert {name for name, _ in rows()} == set(FEW)
     assert ("stribeck_friction", "xy") in rows()
@@ -56,6 +57,7 @@ def test_near_twins_are_told():
     assert rows()["sensor_delay", "sensor"].rival == "sensor_lag at sensor"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("share", "verdict"), [(1.5, "explained"), (0.5, "nothing_missing")])
 @pytest.mark.parametrize("effect", ["stribeck_friction", "belt_mismatch"])
 def test_the_size_foretold_is_the_size_found(effect, share, verdict):

@@ -34,7 +34,11 @@ from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import FULL
 
 
-@pytest.mark.parametrize("case", cases(), ids="-".join)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(c, marks=[] if c[2] == "full" else [pytest.mark.long]) for c in cases()],
+    ids="-".join,
+)
 def test_reference_and_kernel_agree(case):
     name, location, fidelity, motors = case
     dc, effect = motors == "dc", catalogue()[name]

@@ -113,6 +113,7 @@ def test_the_sensor_is_turned(recordings):
 
 
 @real
+@pytest.mark.long
 def test_retuning_follows_the_first_mode_and_not_the_rest(machine, recordings):
     runs, _ = make_runs(list(recordings.values()), [], machine)
     retuned = retune(bundled_layout(), machine, tuple(runs))
@@ -127,6 +128,7 @@ def test_retuning_follows_the_first_mode_and_not_the_rest(machine, recordings):
 
 
 @real
+@pytest.mark.long
 def test_no_cause_is_claimed_and_the_proof_is_called_weak(machine, recordings):
     """One move, for time; the page tells what both give."""
     diagnosis = diagnose([recordings["y.csv"]], [], machine, jobs=2)

@@ -85,6 +85,7 @@ def test_screen_and_holdout(corexy, measured, tmp_path):
     assert document["machine_assumed"] is False
 
 
+@pytest.mark.long
 def test_demo(corexy_process, tmp_path):
     done = corexy_process("demo", "--out", "demo", timeout=PATIENCE)
     assert done.returncode == 0, done.stderr

@@ -21,6 +21,7 @@ def lines(tmp_path):
     return ("--machine", "lines.toml", "--noise", "1e-5")
 
 
+@pytest.mark.long
 def test_plan_tells_sizes_and_writes_programs(corexy_process, tmp_path, lines):
     done = corexy_process("plan", *lines, "--rate", "200", "--out", "programs")
     assert (done.returncode, done.stderr.strip()) == (0, "")

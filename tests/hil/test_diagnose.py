@@ -27,6 +27,7 @@ SMALL = {TRAIN: Rectangle(0.004, 0.003, 0.05, 1, 1.0), HOLDOUT: Rectangle(0.003,
 NOISE, SEED = 1e-5, 1  # [m] of the tracker; docs/hil.md tells what other seeds gave
 
 
+@pytest.mark.long
 def test_concealed_backlash_is_named(tmp_path: Path) -> None:
     out = tmp_path / "result"
     effect = EffectUse("backlash", "motor1", {"gap": GAP})
