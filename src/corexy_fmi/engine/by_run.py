@@ -37,9 +37,9 @@ def parts(problem: Problem) -> list[slice]:
 
 def _within(change: Array, part: slice, q: Array) -> Array:
     """A raw change (sets, n) of one run alone, off the base's reach."""
-    only = np.zeros_like(change)
-    only[:, part] = change[:, part]
-    return np.asarray(only - (only @ q) @ q.T)
+    only = (change[:, part] @ -q[part]) @ q.T
+    only[:, part] += change[:, part]
+    return np.asarray(only)
 
 
 def by_run(

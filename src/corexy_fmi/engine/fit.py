@@ -49,8 +49,7 @@ class Fit:
 
 def _directions(jacobian: Array, residual: Array, free: np.ndarray) -> Array:
     """One step (size,) for each damping, zero where a bound holds."""
-    j = jacobian[:, free]
-    normal, gradient = j.T @ j, j.T @ residual
+    normal, gradient = (jacobian.T @ jacobian)[np.ix_(free, free)], (residual @ jacobian)[free]
     scale = np.diag(normal) + 1e-12 * np.trace(normal) + 1e-300
     steps = np.zeros((len(DAMPINGS), jacobian.shape[1]))
     for n, damping in enumerate(DAMPINGS):
@@ -65,7 +64,7 @@ def _at_bound(u: Array, gradient: Array, low: Array, high: Array) -> np.ndarray:
 def costs(residuals: Array) -> Array:
     """Half the squared norm of each residual (sets, n) [nats]; infinite where a run broke down."""
     with np.errstate(over="ignore", invalid="ignore"):
-        found = 0.5 * np.sum(residuals**2, axis=1)
+        found = 0.5 * np.einsum("ij,ij->i", residuals, residuals)
     return np.where(np.isfinite(found), found, np.inf)
 
 
@@ -97,7 +96,7 @@ def minimise(
             more = gain > enough and k < secants
             if more:
                 unforeseen = after - residual - jacobian @ step
-                jacobian = jacobian + np.outer(unforeseen, step / (step @ step))
+                jacobian = jacobian + np.outer(step / (step @ step), unforeseen).T
             if gain > 0:
                 u, residual = u + step, after
             if not more:

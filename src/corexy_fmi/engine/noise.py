@@ -27,14 +27,14 @@ class Noise:
 
     def whiten(self, errors: Array, breaks: np.ndarray) -> Array:
         """Whitened errors, same shape (.., m), unit variance where the model holds."""
-        fresh = warm_up(breaks, len(self.coefficients))
+        fresh = np.flatnonzero(warm_up(breaks, len(self.coefficients)))
         with np.errstate(over="ignore", invalid="ignore"):  # a run that broke down is not finite
-            white = np.array(errors)
-            for lag, a in enumerate(self.coefficients, 1):
+            white = np.asarray(errors / self.innovation)
+            for lag, a in enumerate(self.coefficients / self.innovation, 1):
                 white[..., lag:] -= a * errors[..., :-lag]
-            white /= self.innovation
-            white[..., fresh] = errors[..., fresh] / self.marginal
-        return np.asarray(white)
+            if len(fresh):
+                white[..., fresh] = errors[..., fresh] / self.marginal
+        return white
 
     def log_scale(self, breaks: np.ndarray) -> float:
         """Sum of the log standard deviations of the whitened samples [nats]."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -271,19 +271,31 @@ class Problem:
                 out,
                 LATE * u[:, self.first_own(run) + self.own_keys.index("clock")],
             )
-        return [s.value - out[:, c, s.index] for c, s in enumerate(r.samples)]
+        return [s.value - out[:, c, s.rows] for c, s in enumerate(r.samples)]
+
+    @cached_property
+    def _offsets(self) -> list[list[Array | None]]:
+        """Whitened offset (m,) of each channel of each run, of unit length; None where its zero is
+        known.
+        """
+        found: list[list[Array | None]] = []
+        for run, models in zip(self.runs, self.noise, strict=True):
+            found.append([])
+            for samples, noise in zip(run.samples, models, strict=True):
+                one = noise.whiten(np.ones(len(samples.index)), samples.breaks)
+                known = samples.channel in run.zeroed
+                found[-1].append(None if known else one / np.linalg.norm(one))
+        return found
 
     def _whiten(self, errors: list[Array], run: int) -> Array:
         parts = []
-        for e, samples, noise in zip(errors, self.runs[run].samples, self.noise[run], strict=True):
+        models = zip(self.runs[run].samples, self.noise[run], self._offsets[run], strict=True)
+        for e, (samples, noise, one) in zip(errors, models, strict=True):
             white = noise.whiten(e, samples.breaks)
-            if samples.channel in self.runs[run].zeroed:
-                parts.append(white)
-                continue
-            one = noise.whiten(np.ones((1, e.shape[1])), samples.breaks)[0]
-            one /= np.linalg.norm(one)
             with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
-                parts.append(white - (white @ one)[:, None] * one)
+                if one is not None:
+                    white -= (white @ one)[:, None] * one
+            parts.append(white)
         return np.concatenate(parts, axis=1)
 
     def residual(self, u: Array) -> Array:
@@ -302,7 +314,7 @@ class Problem:
         """
         samples = sum(run.count for run in self.runs)
         wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
-        slopes = np.zeros((samples + self.size, self.size))
+        slopes = np.zeros((samples + self.size, self.size), order="F")
         slopes[samples:] = np.diag(self.prior[1])
         if borrowed is not None:
             slopes[:, ~wanted] = borrowed[:, ~wanted]
@@ -318,7 +330,7 @@ class Problem:
             residual[here] = white[0]
             with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
                 change = white[1:] - white[0]
-                slopes[here, columns] = (change[:-1] / steps[columns, None]).T
+                slopes.T[columns, here] = change[:-1] / steps[columns, None]
                 slopes[here] = agreeing(slopes[here], move, change[-1])
         broken = ~(np.abs(slopes[:samples]).max(axis=0, initial=0.0) < BROKEN)
         slopes[:samples, broken] = 0.0

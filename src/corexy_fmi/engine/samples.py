@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -45,6 +46,12 @@ class Samples:
         """The finite samples of a channel (n,) of a recording at time (n,) [s], rows kept (n,)."""
         index = np.flatnonzero(np.isfinite(values) & keep)
         return Samples(channel, index, values[index], parted(time[index]))
+
+    @cached_property
+    def rows(self) -> np.ndarray | slice:
+        """The same as ``index``; a slice, which copies nothing, where no row is left out."""
+        first, last = (int(self.index[0]), int(self.index[-1])) if len(self.index) else (0, -1)
+        return slice(first, last + 1) if last - first + 1 == len(self.index) else self.index
 
     def without(self, drop: np.ndarray) -> Samples:
         """The same channel without some of its samples, (m,) True where dropped."""

@@ -46,7 +46,7 @@ def agreeing(slopes: Array, move: Array, change: Array) -> Array:
     gap = change - slopes @ move
     if not (total > 0 and np.isfinite(gap).all()):
         return slopes
-    return np.asarray(slopes + np.outer(gap, weight / total))
+    return np.asarray(slopes + np.outer(weight / total, gap).T)
 
 
 def _direction(unknowns: Sequence[Unknown], u: Array) -> Array:

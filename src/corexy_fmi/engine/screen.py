@@ -49,10 +49,10 @@ class Lead:
         """The base's Jacobian for this problem; NaN in the columns of what was added."""
         old = {key: k for k, key in enumerate(self.base.problem.keys)}
         size, samples = self.problem.size, len(self.base.residual) - self.base.problem.size
-        result = np.full((samples + size, size), np.nan)
+        result = np.full((samples + size, size), np.nan, order="F")
         pairs = [(k, old[key]) for k, key in enumerate(self.problem.keys) if key in old]
         columns, sources = map(list, zip(*pairs, strict=True))
-        result[:samples, columns] = self.base.jacobian[:samples, sources]
+        result.T[columns, :samples] = self.base.jacobian.T[sources, :samples]
         result[samples:, columns] = np.diag(self.problem.prior[1])[:, columns]
         return result
 
@@ -101,8 +101,8 @@ def _reach(base: Fit, problem: Problem, starts: Array, q: Array) -> Array:
     with np.errstate(over="ignore", invalid="ignore"):
         white = np.repeat(base.residual[None], len(starts), axis=0)  # pulls stay as they are
         white[:, :count] = problem.residual(starts)[:, :count]
-        left = white - (white @ q) @ q.T
-        costs = 0.5 * np.sum(left**2, axis=1)
+        white -= (white @ q) @ q.T
+        costs = 0.5 * np.einsum("ij,ij->i", white, white)
     own = base.residual - q @ (q.T @ base.residual)
     return 0.5 * float(own @ own) - np.where(np.isfinite(costs), costs, np.inf)
 

@@ -55,14 +55,16 @@ def raw_changes(base: Fit, problem: Problem, vectors: Array) -> Array:
     change = np.zeros((len(white), len(base.residual)))
     with np.errstate(over="ignore", invalid="ignore"):
         change[:, :count] = white - base.residual[:count]
-    change[~(np.abs(change).max(axis=1, initial=0.0) < BROKEN)] = 0.0
+    reach = np.maximum(change.max(axis=1, initial=0.0), -change.min(axis=1, initial=0.0))
+    change[~(reach < BROKEN)] = 0.0
     return change
 
 
 def changes(base: Fit, problem: Problem, vectors: Array, q: Array) -> Array:
     """The same, off the base's reach."""
     change = raw_changes(base, problem, vectors)
-    return np.asarray(change - (change @ q) @ q.T)
+    change -= (change @ q) @ q.T
+    return change
 
 
 def grown(instance: Instance, values: Mapping[str, float], factor: float) -> dict[str, float]:
