@@ -95,6 +95,16 @@ def test_a_drawn_case_has_the_evidence_that_was_asked_for(name, setting):
         }
 
 
+def test_twins_stay_twins_where_signatures_bend():
+    """On retuned belts the angle between a delay and a lag is wide; yet a lag fits as well."""
+    case = plant.draw(2820509491, "effect", "sensor_delay", setting="commissioning",
+                      target_E=1000.0, noise={"rho": 0.0}, catalogue="full")  # fmt: skip
+    rival = case.truth["nearest_rival"]
+    assert rival["name"] == "sensor_lag"
+    assert 1 - rival["cosine"] ** 2 > 0.3
+    assert case.truth["E_sep"] < 0.05 * case.truth["E"]
+
+
 # x86-64, glibc; recorded at 24e95c8, before the catalogue grew; 103 and 111 anew since the machine
 # file has limits on all values, forces are there before a recording begins, and no rotor slips
 OLD = [

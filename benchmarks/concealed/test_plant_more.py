@@ -262,6 +262,22 @@ def test_belt_damping_is_drag_against_the_motors(form):
     assert np.abs(late[500:]).max() < 0.02 / SPRING
 
 
+def test_zeners_arm_damps_what_belts_swing_at():
+    """At 40 Hz it is a dashpot still, within what its lag of 0.1 rad makes."""
+    push = slots("periodic_disturbance", "x", {"amplitude": 1.0, "frequency": 40.0, "phase": 0.0})
+    bare = shown(machine(**EASY), resting(1.0), push)["x"]
+    two = [
+        shown(
+            machine(**EASY),
+            resting(1.0),
+            push | slots("belt_damping", "belts", {"time": 4e-4}, law=form),
+        )["x"]
+        for form in (0.0, 1.0)
+    ]
+    apart, change = np.std(two[1] - two[0]), np.std(two[0] - bare)
+    assert apart < 0.15 * change
+
+
 def test_a_tooth_error_moves_both_axes_by_half():
     amplitude = 1e-5
     more = slots("tooth_ripple", "motor1", {"amplitude": amplitude, "teeth": 16, "phase": 0.0})

@@ -26,6 +26,7 @@ from .layout import (
     SLOT,
     VISCOUS,
     WOUND,
+    ZENER,
     Q,
     V,
 )
@@ -53,7 +54,6 @@ DEAD, DEAD_FORM, SUPPLY, SUPPLY_FORM = (
     S[n] for n in ("deadband", "deadband_form", "supply", "supply_form")
 )
 FM, FK, FC = S["frame_mass"], S["frame_stiffness"], S["frame_damping"]
-ZENER = 4e-3  # time in which the arm of Zener's damping relaxes [s]
 LAMINAR = 0.01  # speed below which the second drag law is linear in speed [m/s]
 MICRO = 2e-4  # LuGre's damping of the bristles over their stiffness [s]
 # Maxwell-slip elements: share of the friction; limit over that of one element of all stiffness

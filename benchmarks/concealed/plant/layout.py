@@ -130,3 +130,6 @@ _first = (ARMS + 36) // PAD * PAD + PAD
     FE,
 ) = (_first + PAD * i for i in range(24))
 LENGTH = FE + PAD
+
+# time in which the arm of Zener's damping relaxes [s]: short of what belts swing at, else it creeps
+ZENER = 4e-4

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .kernel import STEEPEST, derive
-from .layout import LENGTH, NOMINAL, SLOT, STIFFNESS
+from .layout import LENGTH, NOMINAL, SLOT, STIFFNESS, ZENER
 
 YIN2018 = {
     "pulley_radius": 5.0e-3,
@@ -106,7 +106,7 @@ def added_rates(w, near):
     """Fastest rates that effects bring [1/s]."""
     inertia, r = w[SLOT["pulley_inertia"]], w[SLOT["pulley_radius"]]
     slow = 2.0 if w[SLOT["damping_form"]] == 0.0 else 0.0
-    stiff = 1.0 + w[SLOT["creep_ratio"]] + w[SLOT["damping_time"]] / 4e-3 * (slow == 0.0)
+    stiff = 1.0 + w[SLOT["creep_ratio"]] + w[SLOT["damping_time"]] / ZENER * (slow == 0.0)
     tied = max(w[SLOT["bristle_x"]], w[SLOT["bristle_y"]]) / w[SLOT["carriage_mass"]]
     drag = slow * near * r * r * w[SLOT["damping_time"]] + w[SLOT["pulley_viscous_friction"]]
     rates = [drag / inertia]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .effects import Effect
-from .evidence import cosine, left_over
+from .evidence import cosine, gram, left_over
 
 
 @dataclass(frozen=True)
@@ -70,16 +70,36 @@ def split(model, columns):
     return np.stack(out, axis=2).reshape(len(columns), -1)
 
 
+def sized(effect, location, shapes, residual, columns):
+    """A rival at the size, and of two quadratures at the phase, that its signatures (samples, 1 or
+    2) give it; None where it has no such size.
+    """
+    shares = np.linalg.solve(gram(columns, columns), gram(columns, residual[:, None]))[:, 0]
+    share, shape = shares[0], dict(shapes[0])
+    if len(shapes) == 2:
+        turned = next(key for key in shape if shape[key] != shapes[1][key])
+        share, shape[turned] = np.hypot(*shares), float(np.arctan2(shares[1], shares[0]))
+    size = np.copysign(np.clip(abs(share) * effect.step, *effect.bounds), share)
+    fits = share > 0.0 or effect.signed
+    return Planted(effect, location, float(size), shape) if fits else None
+
+
 def nearest_rival(catalogue, model, theta, jac, residual, planted):
-    """The rival whose retuned, linearised signature is closest, and the cosine to it."""
-    here, best, known = model.output(theta), ("none", "none", 0.0), {}
+    """The rival whose retuned, linearised signature is closest, the cosine to it, and itself but
+    where it is each recording's own.
+    """
+    here, best, known = model.output(theta), ("none", "none", 0.0, None), {}
     for effect, location in rivals(catalogue, model.experiment.drive, planted, model.beside):
         if effect.name == planted.effect.name and effect.tied:
             shared = {k: planted.shape[k] for k in effect.tied}
             effect = replace(effect, grid=tuple(one | shared for one in effect.grid))
         found = signatures(model, theta, here, effect, location, known)
         seen, n = left_over(jac, found), effect.group * found.shape[1] // len(effect.grid)
-        near = max(cosine(residual, seen[:, i : i + n]) for i in range(0, seen.shape[1], n))
+        nears = [cosine(residual, seen[:, i : i + n]) for i in range(0, seen.shape[1], n)]
+        k, near = int(np.argmax(nears)), max(nears)
         if near > best[2]:
-            best = (effect.name, location, near)
+            part = slice(n * k, n * (k + 1))
+            shapes = effect.grid[part] if n == effect.group else ()
+            one = sized(effect, location, shapes, residual, seen[:, part]) if shapes else None
+            best = (effect.name, location, near, one)
     return best

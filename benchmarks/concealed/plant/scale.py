@@ -133,15 +133,28 @@ def to_target(world, one, target):
     return one, retuning
 
 
+def with_rival(model, found, rival):
+    """What is left over where a rival's size is fitted, too: signatures bend, and their angle may
+    tell twins apart that are none.
+    """
+    both = Model(model.experiment, (*model.beside, rival))
+    known = dict(zip(model.groups, found.theta, strict=False))
+    sizes, bends = np.split(found.theta[model.n_nominal :], [len(model.beside)])
+    theta = np.concatenate([[known.get(g, 0.0) for g in both.groups], sizes, [0.0], bends])
+    truth = found.residual + model.output(found.theta)
+    return fit(both, truth, theta).evidence
+
+
 def judge(retuning, planted):
     """E, E_sep and the nearest rival of one effect, from the retuned fit without it."""
     model, found = retuning.model, retuning.last
-    name, location, near = nearest_rival(
+    name, location, near, rival = nearest_rival(
         retuning.world.catalogue, model, found.theta, found.jac, found.residual, planted
     )
+    apart = found.evidence * (1.0 - near**2)
     return {
         "E": found.evidence,
-        "E_sep": found.evidence * (1.0 - near**2),
+        "E_sep": min(apart, with_rival(model, found, rival)) if rival else apart,
         "nearest_rival": {"name": name, "location": location, "cosine": near},
         "at_bound": model.at_bound(found.theta),
     }
