@@ -9,6 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from plant import machines, recording
 from plant.bends import tension
 from plant.laws import limited
 from plant.layout import SLOT
@@ -362,6 +363,17 @@ def test_a_winding_delays_the_torque_by_its_time_constant(form):
     torque = 0.095 * 20.0 * 0.01
     assert v.shape[1] == 19
     assert v[101, 17] == pytest.approx(torque * (1.0 - np.exp(-0.1 / tau)), rel=0.02)
+
+
+def test_a_short_lag_is_resolved_where_a_rotor_breaks_loose(monkeypatch):
+    """There, a halt, and back: what the lag changes, and what it changes with finer steps."""
+    run, lag = resting(0.1), slots("winding_lag", "motors", {"time_constant": 1e-4})
+    n = np.arange(len(run.ref))
+    run.ref[:] = 8.7e-3 * (np.minimum(n, 20) - np.clip(n - 60, 0, None))[:, None]
+    bare, late = (shown(machine(drive="dc"), run, more, "dc")["phi1_meas"] for more in ({}, lag))
+    monkeypatch.setattr(recording, "steps_per_ms", lambda w: 16 * machines.steps_per_ms(w))
+    fine = shown(machine(drive="dc"), run, lag, "dc")["phi1_meas"]
+    assert np.abs(late - fine).max() < 0.03 * np.abs(late - bare).max()
 
 
 def test_ripple_is_a_share_of_the_torque_at_an_angle():

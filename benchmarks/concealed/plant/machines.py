@@ -102,6 +102,9 @@ def pack(values, drive, effect_slots=None):
     return p
 
 
+RISING = 8.0  # so many times shorter are steps while a current rises: a rotor breaks loose within
+
+
 def added_rates(w, near):
     """Fastest rates that effects bring [1/s]."""
     inertia, r = w[SLOT["pulley_inertia"]], w[SLOT["pulley_radius"]]
@@ -112,7 +115,7 @@ def added_rates(w, near):
     rates = [drag / inertia]
     rates += [np.sqrt(2.0 * near * stiff / inertia) * r, np.sqrt(tied)]
     if w[SLOT["winding_time"]] > 0.0:
-        rates.append(1.0 / w[SLOT["winding_time"]])
+        rates.append(RISING / w[SLOT["winding_time"]])
     if w[SLOT["rack_stiffness"]] > 0.0:
         half = 0.5 * w[SLOT["bridge_pulley_spacing"]]
         turning = w[SLOT["rack_stiffness"]] + 4.0 * near * half**2
