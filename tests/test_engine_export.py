@@ -14,6 +14,8 @@ from corexy_fmi.fmu.signals import fmpy_signals
 from corexy_fmi.machine import load_machine, save_machine
 from corexy_fmi.simulate import simulate
 
+pytestmark = pytest.mark.long
+
 FOUND = {
     "an effect": ("stribeck", frozenset(), "yin2018"),
     "a law without a name": ("stribeck", frozenset({"stribeck_friction"}), "yin2018"),
@@ -31,7 +33,6 @@ def exported(name):
     return load_machine(place / "machine.toml"), found, build_fmu(place, found)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", FOUND)
 def test_the_file_reads_back_the_same(name):
     again, found, _ = exported(name)

@@ -29,7 +29,7 @@ from tests.contract.documents import problems
 
 STRUCK = frozenset({"stribeck_friction"})
 OTHERS = ("nothing", "nothing,", "run-out,")
-LONG = ("stribeck", "backlash, dc")
+LONG = ("stribeck", "backlash, dc", "backlash, a slow tracker")
 EXPLAINED = [
     pytest.param(name, marks=[pytest.mark.long] if name in LONG else [])
     for name in CASES
@@ -164,6 +164,7 @@ def test_nuisances_are_no_physics():
         assert row["rms_nominal"] == pytest.approx(NOISE, rel=0.1)
 
 
+@pytest.mark.long
 def test_coloured_noise_is_no_physics():
     random = np.random.default_rng(11)
     recordings = []

@@ -32,6 +32,8 @@ from corexy_fmi.fmu.universal import universal_binary
 from corexy_fmi.kernel.compiler import native_sources, portable_flags, run_compiler
 from corexy_fmi.kernel.layout import bundled_layout
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 NEEDS_ZIG = pytest.mark.skipif(
     importlib.util.find_spec("ziglang") is None,
@@ -56,7 +58,6 @@ def standard_names() -> set[str]:
     return {f"fmi2{name}" for name in re.findall(r"FMI2_Export fmi2(\w+)TYPE", common + rest)}
 
 
-@pytest.mark.long
 @NEEDS_ZIG
 def test_every_platform_has_its_binary_where_importers_look() -> None:
     """x86-64 under the names of FMI 1, the others beside, macOS as a universal file too."""
@@ -109,7 +110,6 @@ def test_the_arm64_macos_binary_is_signed_ad_hoc() -> None:
     assert signed_pages(bytes(damaged)).count(False) == 1
 
 
-@pytest.mark.long
 @NEEDS_ZIG
 def test_the_same_sources_give_the_same_bytes_without_a_cache(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

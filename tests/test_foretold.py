@@ -42,6 +42,7 @@ def test_every_effect_and_place_is_told():
         assert row.program in orders()
 
 
+@pytest.mark.long
 def test_less_noise_shows_smaller_effects():
     layout = bundled_layout()
     few = replace(layout, instances=tuple(i for i in layout.instances if i.effect.name in FEW))
