@@ -26,9 +26,7 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
-    start = clock.start(problem)
-    swift = _quick(problem, start)
-    first = minimise(swift, best(begun(swift, start, mapper=mapper)).u, 15)
+    first = minimise(problem, best(begun(problem, clock.start(problem), mapper=mapper)).u, 15)
     cleaned = replace(problem, runs=without_spikes(first))
     return settle(unstuck(minimise(_quick(cleaned, first.u), first.u)))
 
