@@ -8,14 +8,14 @@ projected out, so that they cost no unknowns.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
+from corexy_fmi.engine.micro_step import SHORTEST, needed, own_step
 from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.engine.scaling import agreeing, along, eased, unseen
 from corexy_fmi.engine.unknowns import (
     SMOOTHING,
@@ -27,8 +27,7 @@ from corexy_fmi.engine.unknowns import (
     nominal_unknowns,
     write_law,
 )
-from corexy_fmi.kernel.call import REST, Array, run_lanes, step_limit
-from corexy_fmi.kernel.law_code import writes_damping
+from corexy_fmi.kernel.call import REST, Array, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
@@ -38,8 +37,6 @@ from corexy_fmi.topology import STAGES
 # Finite differences on the internal scale.  Where friction catches and lets go, the residual bends
 # within thousandths: longer ones told what the data do not, and held fits where they were.
 STEP = 1e-4  # of nominal parameters and whatever is logarithmic
-SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
-AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
 BROKEN = 1e60  # derivative from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
@@ -75,48 +72,6 @@ def _write_defaults(base: Array, instance: Instance) -> None:
     for k, p in enumerate(instance.effect.parameters):
         if p.default is not None:
             base[instance.parameter + k] = p.default
-
-
-def _needed(
-    layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis, coarse: float
-) -> float:
-    """Micro-step [s] that the effects need where they begin; infinite without such.
-
-    ``coarse`` lengthens it up to `AT_EASE` times.  Damped belts, whose rates are extrapolated, take
-    no longer one; there the mildest start decides in place of the quickest.
-    """
-    steps = [np.inf]
-    for instance in hypothesis.uses:
-        found = _needed_by(layout, machine, base, instance)
-        if found and coarse > 1:
-            found = [max(found)] if _damps(instance) else [min(coarse, AT_EASE) * h for h in found]
-        steps += found
-    return float(min(steps))
-
-
-@lru_cache(maxsize=1024)
-def _damps(instance: Instance) -> bool:
-    """Whether an effect damps belts."""
-    laws = [law for law in instance.effect.laws if law.port == "belt"]
-    return any(writes_damping(instance.effect, law) for law in laws)
-
-
-def _needed_by(layout: Layout, machine: Machine, base: Array, instance: Instance) -> list[float]:
-    """The same of each start of one effect, where it brings a pole or stiffens belts."""
-    if not (instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)):
-        return []
-    values = [p.starts for p in instance.effect.parameters]
-    sets: list[Array] = []
-    for row in itertools.islice(itertools.product(*values), 24):
-        sets.append(base.copy())
-        sets[-1][instance.parameter : instance.parameter + len(row)] = row
-    return [_step_limit(layout, v.tobytes(), machine.stage, machine.drive) for v in sets]
-
-
-@lru_cache(maxsize=4096)
-def _step_limit(layout: Layout, vector: bytes, fidelity: str, drive: str) -> float:
-    values = np.frombuffer(vector)
-    return step_limit(layout, values, fidelity=fidelity, dc=drive == "dc")
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,9 +126,9 @@ class Problem:
         )
 
     def _limit(self, base: Array) -> float:
-        own = _step_limit(self.layout, base.tobytes(), self.machine.stage, self.machine.drive)
-        needed = _needed(self.layout, self.machine, base, self.hypothesis, self.coarse)
-        return max(min(self.coarse * own, needed), own / SHORTEST)
+        own = own_step(self.layout, base.tobytes(), self.machine.stage, self.machine.drive)
+        least = needed(self.layout, self.machine, base, self.hypothesis, self.coarse)
+        return max(min(self.coarse * own, least), own / SHORTEST)
 
     @property
     def size(self) -> int:
@@ -274,22 +229,22 @@ class Problem:
         return [s.value - out[:, c, s.rows] for c, s in enumerate(r.samples)]
 
     @cached_property
-    def _offsets(self) -> list[list[Array | None]]:
+    def offsets(self) -> list[list[Array | None]]:
         """Whitened offset (m,) of each channel of each run, of unit length; None where its zero is
         known.
         """
-        found: list[list[Array | None]] = []
-        for run, models in zip(self.runs, self.noise, strict=True):
-            found.append([])
-            for samples, noise in zip(run.samples, models, strict=True):
-                one = noise.whiten(np.ones(len(samples.index)), samples.breaks)
-                known = samples.channel in run.zeroed
-                found[-1].append(None if known else one / np.linalg.norm(one))
-        return found
+        pairs = zip(self.runs, self.noise, strict=True)
+        return [
+            [
+                None if s.channel in run.zeroed else _offset(noise, s)
+                for s, noise in zip(run.samples, models, strict=True)
+            ]
+            for run, models in pairs
+        ]
 
     def _whiten(self, errors: list[Array], run: int) -> Array:
         parts = []
-        models = zip(self.runs[run].samples, self.noise[run], self._offsets[run], strict=True)
+        models = zip(self.runs[run].samples, self.noise[run], self.offsets[run], strict=True)
         for e, (samples, noise, one) in zip(errors, models, strict=True):
             white = noise.whiten(e, samples.breaks)
             with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
@@ -390,6 +345,11 @@ class Problem:
             for r, run in enumerate(self.runs)
             for n, s in zip(self.noise[r], run.samples, strict=True)
         )
+
+
+def _offset(noise: Noise, samples: Samples) -> Array:
+    one = noise.whiten(np.ones(len(samples.index)), samples.breaks)
+    return np.asarray(one / np.linalg.norm(one))
 
 
 def late(time: Array, out: Array, delay: Array) -> Array:

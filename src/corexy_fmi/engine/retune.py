@@ -9,8 +9,9 @@ import numpy as np
 from corexy_fmi.engine import clock
 from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.fit import Fit, Mapper, costs, hides, minimise, settle
+from corexy_fmi.engine.micro_step import AT_EASE
 from corexy_fmi.engine.noise import quick_noise, white
-from corexy_fmi.engine.problem import AT_EASE, BROKEN, Problem
+from corexy_fmi.engine.problem import BROKEN, Problem
 from corexy_fmi.engine.restart import begun, best
 from corexy_fmi.engine.rough import unstuck
 from corexy_fmi.engine.samples import Run

@@ -96,9 +96,11 @@ def leftover(fit: Fit) -> Leftover:
     pull, at = np.zeros(len(names)), 0
     for r, (table, run) in enumerate(runs):
         values = np.array(list(table.values()))
-        for samples, noise in zip(run.samples, fit.problem.noise[r], strict=True):
-            zeroed = samples.channel in run.zeroed
-            white = _whitened(noise, values[:, samples.index], samples.breaks, zeroed)
+        models = zip(run.samples, fit.problem.noise[r], fit.problem.offsets[r], strict=True)
+        for samples, noise, one in models:
+            white = noise.whiten(values[:, samples.rows], samples.breaks)
+            if one is not None:
+                white -= (white @ one)[:, None] * one
             here = slice(at, at := at + white.shape[1])
             rows = slice(first := channels.index(samples.channel) * len(table), first + len(table))
             normal[rows, rows] += white @ white.T
@@ -108,16 +110,6 @@ def leftover(fit: Fit) -> Leftover:
     normal -= reach @ reach.T
     pull -= reach @ (own.T @ fit.residual)
     return _judged(normal, pull, size, names)
-
-
-def _whitened(noise: object, values: Array, breaks: np.ndarray, zeroed: bool) -> Array:
-    """Whitened functions (n, m), a constant offset of the channel projected out unless zeroed."""
-    white = noise.whiten(values, breaks)  # type: ignore[attr-defined]
-    if zeroed:
-        return np.asarray(white)
-    one = noise.whiten(np.ones((1, values.shape[1])), breaks)[0]  # type: ignore[attr-defined]
-    one /= np.linalg.norm(one)
-    return np.asarray(white - (white @ one)[:, None] * one)
 
 
 def _judged(normal: Array, pull: Array, size: Array, names: list[tuple[str, str]]) -> Leftover:

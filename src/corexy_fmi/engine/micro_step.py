@@ -1,0 +1,60 @@
+"""Micro-steps of a fit: what its machine needs, and its effects where they begin."""
+
+from __future__ import annotations
+
+import itertools
+from functools import lru_cache
+
+import numpy as np
+
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.call import Array, step_limit
+from corexy_fmi.kernel.law_code import writes_damping
+from corexy_fmi.kernel.layout import Instance, Layout
+from corexy_fmi.machine import Machine
+
+SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
+AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
+
+
+def needed(
+    layout: Layout, machine: Machine, base: Array, hypothesis: Hypothesis, coarse: float
+) -> float:
+    """Micro-step [s] that the effects need where they begin; infinite without such.
+
+    ``coarse`` lengthens it up to `AT_EASE` times.  Damped belts, whose rates are extrapolated, take
+    no longer one; there the mildest start decides in place of the quickest.
+    """
+    steps = [np.inf]
+    for instance in hypothesis.uses:
+        found = _needed_by(layout, machine, base, instance)
+        if found and coarse > 1:
+            found = [max(found)] if _damps(instance) else [min(coarse, AT_EASE) * h for h in found]
+        steps += found
+    return float(min(steps))
+
+
+@lru_cache(maxsize=1024)
+def _damps(instance: Instance) -> bool:
+    """Whether an effect damps belts."""
+    laws = [law for law in instance.effect.laws if law.port == "belt"]
+    return any(writes_damping(instance.effect, law) for law in laws)
+
+
+def _needed_by(layout: Layout, machine: Machine, base: Array, instance: Instance) -> list[float]:
+    """The same of each start of one effect, where it brings a pole or stiffens belts."""
+    if not (instance.effect.pole or any(law.port == "belt" for law in instance.effect.laws)):
+        return []
+    values = [p.starts for p in instance.effect.parameters]
+    sets: list[Array] = []
+    for row in itertools.islice(itertools.product(*values), 24):
+        sets.append(base.copy())
+        sets[-1][instance.parameter : instance.parameter + len(row)] = row
+    return [own_step(layout, v.tobytes(), machine.stage, machine.drive) for v in sets]
+
+
+@lru_cache(maxsize=4096)
+def own_step(layout: Layout, vector: bytes, fidelity: str, drive: str) -> float:
+    """Micro-step [s] that a parameter vector needs by itself."""
+    values = np.frombuffer(vector)
+    return step_limit(layout, values, fidelity=fidelity, dc=drive == "dc")
