@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from engine_kit import NOISE, machine, record, short_motion
 
+from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.samples import make_run
 from corexy_fmi.motion import chain, rest
@@ -69,3 +70,31 @@ def test_what_shows_in_motion_only_is_no_noise():
     still = replace(run, excitation=replace(run.excitation, mode="voltages"))
     (unknown,) = own_models((still,), [[loud, white(run, 2)]])
     assert unknown[0].marginal > 2 * NOISE
+
+
+def moved(run, samples):
+    """Rate of a channel's prediction [m/s], (m,)."""
+    return np.gradient(samples.value, run.excitation.time[samples.index])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_jitter_of_the_stamps_is_noise(seed):
+    (run,) = runs(1)
+    late = 1e-3 * np.random.default_rng(seed).normal(size=len(run.samples[0].index))
+    loud = white(run, 1) + late * moved(run, run.samples[0])
+    exact = replace(run.samples[0], value=run.samples[0].value + loud)
+    shown = scatter(run, exact, loud)
+    truth = 1e-3**2 * moved(run, run.samples[0]) ** 2
+    assert shown.mean() == pytest.approx(truth.mean(), rel=0.5)
+    (found,) = own_models((run.with_samples((exact, run.samples[1])),), [[loud, white(run, 2)]])
+    assert found[0].marginal > 1.5 * NOISE
+
+
+@pytest.mark.parametrize("hertz", [5.0, 20.0, 60.0])
+def test_a_mismatch_that_grows_with_the_speed_is_no_jitter(hertz):
+    (run,) = runs(1)
+    time = run.excitation.time[run.samples[0].index]
+    course = 1e-3 * np.sin(2 * np.pi * hertz * time) * moved(run, run.samples[0])
+    loud = white(run, 1) + course
+    exact = replace(run.samples[0], value=run.samples[0].value + loud)
+    assert scatter(run, exact, loud).mean() < 0.1 * np.mean(course**2)

@@ -15,7 +15,7 @@ from corexy_fmi.kernel.layout import (
 )
 from corexy_fmi.machine import FreeForm, Machine
 from corexy_fmi.parameters import NOMINAL
-from corexy_fmi.recording import Recording, check_drive, controller, inputs
+from corexy_fmi.recording import Recording, check_drive, controller, inputs, with_lost_rows
 from corexy_fmi.topologies import BY_EQUATION_1
 
 CHANNELS = ("x", "y", "vx", "vy", "ax", "ay", "phi1", "phi2", "V1", "V2")
@@ -124,15 +124,17 @@ def simulate(machine: Machine, recording: Recording, layout: Layout | None = Non
 
     Stepper machines are driven by phi1, phi2; dc machines by V1, V2, or in closed loop where the
     recording names its controller and holds references.  ``layout`` is needed for effects that are
-    not bundled.
+    not bundled.  Rows that were lost are run, and left out of the response.
     """
-    drive = excitation(machine, recording)
+    whole = with_lost_rows(recording)
+    rows = np.searchsorted(whole.time, recording.time)
+    drive = excitation(machine, whole)
     layout = layout or bundled_layout()
     vector, dc = machine_vector(machine, layout), machine.drive == "dc"
     out = run_lanes(layout, drive, vector[None], fidelity=machine.stage, dc=dc, channels=CHANNELS)[
         0
     ]
-    response = dict(zip(CHANNELS, out, strict=True))
+    response = dict(zip(CHANNELS, out[:, rows], strict=True))
     angles = {"phi1_meas": response.pop("phi1"), "phi2_meas": response.pop("phi2")}
     volts = {n: response.pop(n) for n in ("V1", "V2")}
     given = {n: v for n, v in recording.channels.items() if n in ("phi1", "phi2", "V1", "V2")}

@@ -78,12 +78,8 @@ def own_of(run, rng, spec):
     """The run with what else is its own in the full draw."""
     rows, time = len(run.ref), run.time[-1]
     gone = np.sort(rng.choice(np.arange(1, rows - 1), round(spec["missing"] * rows), replace=False))
-    ref, kept = run.ref.copy(), np.setdiff1d(np.arange(rows), gone)
-    for i in range(2 if len(gone) else 0):  # what a file lacks, its reader draws a line through
-        ref[:, i] = np.interp(np.arange(rows), kept, ref[kept, i])
     return replace(
         run,
-        ref=ref,
         onset=float(rng.uniform(-1.0, 2.0)),
         phase=float(rng.uniform(-np.pi, np.pi)),
         lost_at=float(rng.uniform(0.25, 0.75) * time),

@@ -11,16 +11,27 @@ from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
-from corexy_fmi.recording import Recording
+from corexy_fmi.recording import Recording, with_lost_rows
 from corexy_fmi.topology import STAGES
 
 
 def preflight(
     recordings: Sequence[Recording], machine: Machine
 ) -> tuple[list[Recording], list[Finding]]:
-    """Recordings put right where that is sure, and what was found."""
-    checked = [check(r, machine) for r in recordings]
-    return [r for r, _ in checked], [f for _, found in checked for f in found]
+    """Recordings put right where that is sure, with the rows that were lost, and what was found."""
+    checked = [check(with_lost_rows(r), machine) for r in recordings]
+    whole = [r for r, _ in checked]
+    lost = [f for a, b in zip(recordings, whole, strict=True) for f in _lost(a, b)]
+    return whole, lost + [f for _, found in checked for f in found]
+
+
+def _lost(given: Recording, whole: Recording) -> list[Finding]:
+    """What to say about rows that were put back."""
+    count = len(whole) - len(given)
+    if not count:
+        return []
+    text = f"{given.name}: {count} of {len(whole)} rows are missing"
+    return [Finding(text, "Let the logger keep up; commands are led through them here.")]
 
 
 def make_runs(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.noise import Noise, estimate
 from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.kernel.call import Array
@@ -53,14 +54,24 @@ def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[
         for run, mine in zip(runs, errors, strict=True)
     ]
     sizes = [[independent(e - e.mean()) for e in mine] for mine in errors]
+    jitter = [
+        [scatter(run, s, e).mean() for s, e in zip(run.samples, mine, strict=True)]
+        for run, mine in zip(runs, errors, strict=True)
+    ]
     for r, run in enumerate(runs):
         for c, samples in enumerate(run.samples):
             for q, k in _same(runs, samples.channel):
-                ratio = found[r][c].marginal / found[q][k].marginal
+                known = jitter[r][c] - jitter[q][k]
+                ratio = _left(found[r][c].marginal, known) / found[q][k].marginal
                 alike = sizes[q][k] * len(errors[r][c]) / len(errors[q][k])  # were it the same
                 if ratio > APART and significance(ratio, alike, sizes[q][k]) > SURE:
                     found[r][c] = found[q][k]
     return tuple(map(tuple, found))
+
+
+def _left(deviation: float, known: float) -> float:
+    """A standard deviation without what jitter adds to its square."""
+    return float(np.sqrt(max(deviation**2 - max(known, 0.0), 0.0)))
 
 
 def _same(runs: tuple[Run, ...], channel: str) -> list[tuple[int, int]]:
@@ -80,7 +91,8 @@ def _of_run(run: Run, samples: Samples, errors: Array) -> Noise:
         return whole
     moving, still = errors[~rest] - errors.mean(), errors[rest] - errors.mean()
     sizes = independent(moving), independent(still)
-    ratio = float(np.std(moving) / max(np.sqrt(np.mean(still**2)), 1e-300))
+    known = scatter(run, samples, errors)[~rest].mean()
+    ratio = _left(float(np.std(moving)), known) / max(float(np.sqrt(np.mean(still**2))), 1e-300)
     if min(sizes) < FEWEST or ratio < LOUDER or significance(ratio, *sizes) < SURE:
         return whole
     quiet = samples.without(~rest)

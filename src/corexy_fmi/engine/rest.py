@@ -1,14 +1,15 @@
 """Noise told from mismatch without a model of either: at rest only the noise is left.
 
 A slow mismatch can pass for coloured noise in every statistic of the whole residual.  But noise
-does not know whether the stage moves; where the residual is much larger in motion than at rest,
-something is missing.
+does not know whether the stage moves, apart from jitter of the stamps (`jitter.py`); where the
+residual is much larger in motion than at rest, something is missing.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.quiet import FEWEST, LOUDER, ROWS, SURE, at_rest, independent, significance
@@ -28,7 +29,9 @@ def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
     if min(sizes) < FEWEST:
         return 0.0, 0.0
     quick = max(quick_noise(r.run.samples[c]) for r, c in parts)
-    ratio = float(np.sqrt(np.mean(moving**2)) / max(np.sqrt(np.mean(still**2)), quick))
+    late = np.concatenate([scatter(r.run, r.run.samples[c], r.errors[c]) for r, c in parts])[~rest]
+    left = max(float(np.mean(moving**2) - np.mean(late)), 0.0)
+    ratio = float(np.sqrt(left) / max(np.sqrt(np.mean(still**2)), quick))
     return ratio, significance(ratio, *sizes)
 
 

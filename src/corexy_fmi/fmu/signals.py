@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from corexy_fmi.recording import Recording, inputs
+from corexy_fmi.recording import Recording, inputs, with_lost_rows
 from corexy_fmi.recording.record import ANGLES
 
 BENT = 1e-9  # [1] change of slope, relative to the largest slope, that makes a row a bend
@@ -17,8 +17,9 @@ def fmpy_signals(recording: Recording) -> NDArray[np.void]:
     The rates are the inputs phi1_rate, phi2_rate [rad/s]: fmpy 0.3.32 cannot set input derivatives
     (its option wants nine inputs).  fmpy takes what is on the left of a communication point, unless
     that point stands twice in the array: so every bend stands twice here, and one row stands before
-    the start.
+    the start.  Rows that were lost are put back.
     """
+    recording = with_lost_rows(recording)
     columns = inputs(recording)
     time = recording.time
     values = np.column_stack(list(columns.values()))

@@ -1,6 +1,7 @@
 """Recordings: what was commanded and what was measured, over time."""
 
 from corexy_fmi.recording.inputs import check_drive, controller, inputs, is_dc
+from corexy_fmi.recording.lost import with_lost_rows
 from corexy_fmi.recording.read import read_recording
 from corexy_fmi.recording.record import INPUTS, MEASURED, Recording
 from corexy_fmi.recording.write import write_recording
@@ -14,5 +15,6 @@ __all__ = [
     "inputs",
     "is_dc",
     "read_recording",
+    "with_lost_rows",
     "write_recording",
 ]
