@@ -97,7 +97,7 @@ def plan(
 def _size(row: Nameable) -> str:
     """A size for a person to read; beside a neutral value other than 0, the distance from it."""
     if row.size is None:
-        return "none: its rival does the same"
+        return "none: its rival does the same" if row.rival != "none" else "none: it does not show"
     if row.neutral and np.isfinite(row.neutral):
         return f"{row.parameter} {row.neutral:g} {row.size - row.neutral:+.3g} {row.unit}"
     return f"{row.parameter} {row.size:.3g} {row.unit}"

@@ -18,7 +18,7 @@ from corexy_fmi.engine.foresee import Sensing, filled, imagined
 from corexy_fmi.engine.name import THRESHOLD
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.signature import changes, grown, row_of
+from corexy_fmi.engine.signature import changes, row_of
 from corexy_fmi.engine.spread import Spread, combinations, groups, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
@@ -26,7 +26,8 @@ from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
-ROUNDS, CLOSE, NEAR = 6, 0.03, 0.3  # searches for a size; relative, aimed at and accepted
+ROUNDS, CLOSE, NEAR = 16, 0.03, 0.3  # searches for a size; log of the share, aimed at and accepted
+LEAST, STRIDE, FAREST, EDGE = 1e-3, 3.0, 12.0, 0.1  # share; on the scale of size; of a bracket
 TRIED = 24  # starts of a rival that count
 
 
@@ -34,7 +35,8 @@ TRIED = 24  # starts of a rival that count
 class Nameable:
     """The smallest size of one effect that one program shows, and its nearest rival there.
 
-    ``size`` is None where no size within the effect's bounds does.
+    ``size`` is None where no size within the effect's bounds does.  ``others`` are the effect's
+    other parameters at which it holds.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Nameable:
     unit: str
     program: str
     rival: str
+    others: dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,22 +128,66 @@ def _shift(base: Fit, instance: Instance, rows: list[dict[str, float]], q: Array
 
 def _smallest(stage: _Stage, instance: Instance) -> Nameable:
     """The size at which the name would be settled on one program."""
-    drive, size = stage.base.problem.machine.drive, instance.effect.size
-    start = combinations(instance, stage.offered)[0]
+    size, start = instance.effect.size, combinations(instance, stage.offered)[0]
+    search, rival, values = _Search(), "", start
+    for _ in range(ROUNDS):
+        values = _grown(instance, start, search.place)
+        share, rival = _share(stage, instance, values)
+        if not search.goes_on(share):
+            break
+    least = search.share > 1 and values[size.name] in (
+        size.lower,
+        size.upper,
+    )
+    near = abs(np.log(max(search.share, LEAST))) < NEAR
+    found = values[size.name] if near or least else None
+    others = {n: v for n, v in values.items() if n != size.name}
+    return Nameable(instance.effect.name, instance.location, size.name, found, size.neutral,
+                    size.unit_at(instance.location), stage.program, rival, others)  # fmt: skip
+
+
+@dataclass
+class _Search:
+    """Where on a logarithmic scale of size a share is 1: secants within what is bracketed."""
+
+    place: float = 0.0
+    share: float = 0.0
+    below: tuple[float, float] | None = None  # place and logarithm of a share below 1, and above
+    above: tuple[float, float] | None = None
+
+    def goes_on(self, share: float) -> bool:
+        """Take the share at this place and go to the next; False where it is near enough."""
+        self.share, known = share, (self.place, float(np.log(max(share, LEAST))))
+        if abs(known[1]) < CLOSE:
+            return False
+        self.below, self.above = (known, self.above) if known[1] < 0 else (self.below, known)
+        if self.below is None or self.above is None:
+            self.place -= float(np.clip(known[1], -STRIDE, STRIDE))
+            return abs(self.place) < FAREST
+        (a, low), (b, high) = self.below, self.above
+        self.place = a + (b - a) * float(np.clip(low / (low - high), EDGE, 1 - EDGE))
+        return True
+
+
+def _grown(instance: Instance, start: dict[str, float], place: float) -> dict[str, float]:
+    """A start whose effect is exp(place) times as strong, as far as it is in proportion."""
+    found = dict(start)
+    for p in instance.effect.sizes:
+        factor = float(np.exp(place * (p.scaling or 1)))
+        away = (start[p.name] - p.neutral) * factor
+        found[p.name] = start[p.name] * factor if p.log else p.neutral + away
+        found[p.name] = min(max(found[p.name], p.lower), p.upper)
+    return found
+
+
+def _share(stage: _Stage, instance: Instance, values: dict[str, float]) -> tuple[float, str]:
+    """What an effect shows over what naming it takes (as amplitudes), and its nearest rival."""
+    drive = stage.base.problem.machine.drive
+    change = _shift(stage.base, instance, [values], stage.q)[0]
     count = sum(drive in p.drives and not p.initial for p in instance.effect.parameters)
     needed = 2 * THRESHOLD + count * float(np.log(stage.base.problem.runs[0].count))
-    factor, share, rival, values = 1.0, 0.0, "", start
-    for _ in range(ROUNDS):
-        values = grown(instance, start, factor)
-        change = _shift(stage.base, instance, [values], stage.q)[0]
-        rival, left = _nearest(stage, instance, change)
-        share = float(np.sqrt(min(float(change @ change) / needed, left / SETTLES)))
-        if share == 0 or abs(share - 1) < CLOSE:
-            break
-        factor /= float(np.clip(share, 0.05, 20))
-    found = values[size.name] if abs(share - 1) < NEAR else None
-    return Nameable(instance.effect.name, instance.location, size.name, found, size.neutral,
-                    size.unit_at(instance.location), stage.program, rival)  # fmt: skip
+    rival, left = _nearest(stage, instance, change)
+    return float(np.sqrt(min(float(change @ change) / needed, left / SETTLES))), rival
 
 
 def _nearest(stage: _Stage, instance: Instance, change: Array) -> tuple[str, float]:
