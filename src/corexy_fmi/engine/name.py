@@ -13,6 +13,7 @@ import numpy as np
 
 from corexy_fmi.engine.candidates import finer, hypotheses
 from corexy_fmi.engine.fit import Fit, Mapper, fine, minimise, settle
+from corexy_fmi.engine.idle import idle
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.restart import LEADER, begun, best
@@ -217,6 +218,14 @@ def _prefer_catalogue(entries: list[Entry]) -> list[Entry]:
     return [e for e in entries if e not in laws] + laws
 
 
+def _without_idle(entries: list[Entry]) -> list[Entry]:
+    """The entries without those near the first that gain what they gain without their size."""
+    least = max(entries[0].gain - CLOSE, 0.0) if entries else 0.0
+    near = [e for e in entries if e.hypothesis.uses and e.gain > least]
+    spare = [e for e in near if idle(e.fit, THRESHOLD)] if len(near) > 1 else []
+    return [e for e in entries if e not in spare] if len(spare) < len(near) else entries
+
+
 def compete(
     base: Fit,
     mapper: Mapper,
@@ -241,7 +250,7 @@ def compete(
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
     base, entries = _matched(base, _leaders(base, entries, mapper))
-    entries = _prefer_catalogue(entries)
+    entries = _prefer_catalogue(_without_idle(entries))
     live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
     chances, nothing = _probabilities([e.gain for e in live])
     lookup = dict(zip(map(id, live), chances, strict=True))

@@ -23,6 +23,7 @@ PROMISING, OWED = 20.0, 0.5  # [nats] of a lead whose short fit must gain this s
 LONG, PLAIN = 8, 0.5  # iterations of a long fit; [nats] an iteration that gains less ends it
 LEAST = 1.5  # [nats] that any other lead gains in the screen
 STIFFER = 1.2  # log of the factor
+BENDING = "velocity_reversal"  # the state of effects that a linear gain says little of
 LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
 
 
@@ -69,13 +70,20 @@ def _hoped(lead: Lead, seen: Fit) -> float:
 
 
 def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
-    """Short fits of the ``count`` leads that are ahead after a glance, best first; then the others
-    as seen.
+    """Short fits of the ``count`` leads that are ahead after a glance and of those that bend, best
+    first; then the others as seen.
     """
     seen = list(zip(leads, mapper(_glance, leads), strict=True))
     order = sorted(range(len(seen)), key=lambda n: (n >= ALWAYS, -_hoped(*seen[n])))
-    ahead = [seen[n] for n in order[:count]]
-    return sorted(mapper(_short, ahead), key=rank) + [seen[n][1] for n in order[count:]]
+    ahead = [m < count or _bends(seen[n][0]) for m, n in enumerate(order)]
+    fitted = [seen[n] for n, short in zip(order, ahead, strict=True) if short]
+    left = [seen[n][1] for n, short in zip(order, ahead, strict=True) if not short]
+    return sorted(mapper(_short, fitted), key=rank) + left
+
+
+def _bends(lead: Lead) -> bool:
+    """Whether one step tells little of a lead: what catches and lets go bends its own slopes."""
+    return any(i.effect.state == BENDING for i in lead.hypothesis.uses[-1:])
 
 
 def _long(fit: Fit) -> Fit:
