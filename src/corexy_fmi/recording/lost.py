@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from corexy_fmi.recording.record import ANGLES, Recording
 
@@ -71,6 +70,8 @@ def _through(time: Array, values: Array, a: int, at: Array) -> Array:
     first, last = slopes[1], slopes[3]
     bend = np.abs(slopes[[0, 4]] - slopes[[1, 3]])
     if (bend > STRAIGHT * np.abs(slopes).max()).any():
+        from scipy.interpolate import CubicHermiteSpline
+
         ends = [first + (first - slopes[0]) / 2, last + (last - slopes[4]) / 2]
         return np.asarray(CubicHermiteSpline(t[2:4], v[2:4], ends)(at))
     left, right = v[2] + first * (at - t[2]), v[3] + last * (at - t[3])
