@@ -19,9 +19,8 @@ import numpy as np
 from rich.progress import track
 
 from benchmarks.outcome import RESULTS, commit, keep_page
-from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.plan import Nameable, smallest
+from corexy_fmi.engine.plan import Nameable, smallest, stronger
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, Machine, load_machine
 from corexy_fmi.programs import named_command, programs, stage_limits
@@ -52,17 +51,15 @@ def foretold(name: str) -> list[Nameable]:
     return list(chosen.values())
 
 
-def at(row: Nameable, share: float) -> float:
-    """The size whose effect is ``share`` times the foretold one's, within its bounds."""
-    size, told = catalogue()[row.name].size, row.size or 0.0
-    off = size.scaling < 0
-    found = told / share if off else row.neutral + share * (told - row.neutral)
-    return min(max(found, size.lower), size.upper)
+def at(row: Nameable, share: float) -> dict[str, float]:
+    """The parameters whose effect is ``share`` times the foretold one's, within their bounds."""
+    instance = bundled_layout().find(row.name, row.location)
+    return stronger(instance, row.others | {row.parameter: row.size or 0.0}, float(np.log(share)))
 
 
-def recorded(row: Nameable, machine: Machine, size: float, seed: int) -> Recording:
-    """The row's program, run with the effect at a size, and measured with noise."""
-    use = EffectUse(row.name, row.location, row.others | {row.parameter: size})
+def recorded(row: Nameable, machine: Machine, values: dict[str, float], seed: int) -> Recording:
+    """The row's program, run with the effect's parameters, and measured with noise."""
+    use = EffectUse(row.name, row.location, values)
     order = orders(machine)[row.program]
     shown, random = simulate(replace(machine, effects=(use,)), order), np.random.default_rng(seed)
     measured = {n: shown[n] + NOISE * random.normal(size=len(shown)) for n in ("x", "y")}
@@ -71,12 +68,12 @@ def recorded(row: Nameable, machine: Machine, size: float, seed: int) -> Recordi
 
 def tried(name: str, row: Nameable, share: float) -> dict[str, Any]:
     """What a diagnosis says of one size."""
-    machine, size, begun = load_machine(name), at(row, share), time.monotonic()
-    train, holdout = (recorded(row, machine, size, seed) for seed in (1, 2))
+    machine, values, begun = load_machine(name), at(row, share), time.monotonic()
+    train, holdout = (recorded(row, machine, values, seed) for seed in (1, 2))
     said = diagnose([train], [holdout], machine, jobs=1).document
     named = [(e["name"], e["location"]) for e in said["effects"]]
     group = {(m["name"], m["location"]) for g in said["ambiguous_between"] for m in g}
-    return {"machine": name, "share": share, "size": size, "row": asdict(row),
+    return {"machine": name, "share": share, "size": values[row.parameter], "row": asdict(row),
             "verdict": said["verdict"], "named": named, "group": sorted(group),
             "commit": commit(), "seconds": time.monotonic() - begun}  # fmt: skip
 

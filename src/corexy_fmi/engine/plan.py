@@ -131,7 +131,7 @@ def _smallest(stage: _Stage, instance: Instance) -> Nameable:
     size, start = instance.effect.size, combinations(instance, stage.offered)[0]
     search, rival, values = _Search(), "", start
     for _ in range(ROUNDS):
-        values = _grown(instance, start, search.place)
+        values = stronger(instance, start, search.place)
         share, rival = _share(stage, instance, values)
         if not search.goes_on(share):
             break
@@ -169,8 +169,10 @@ class _Search:
         return True
 
 
-def _grown(instance: Instance, start: dict[str, float], place: float) -> dict[str, float]:
-    """A start whose effect is exp(place) times as strong, as far as it is in proportion."""
+def stronger(instance: Instance, start: dict[str, float], place: float) -> dict[str, float]:
+    """Values at which an effect is exp(place) times as strong, as far as it is in proportion to its
+    sizes, all of which move.
+    """
     found = dict(start)
     for p in instance.effect.sizes:
         factor = float(np.exp(place * (p.scaling or 1)))

@@ -49,27 +49,27 @@ def significance(ratio: float, one: float, other: float) -> float:
 
 def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[Noise, ...], ...]:
     """The noise of each channel of each run, as its errors (m,) and those of others show it."""
-    found = [
-        [_of_run(run, s, e) for s, e in zip(run.samples, mine, strict=True)]
+    late = [
+        [scatter(run, s, e) for s, e in zip(run.samples, mine, strict=True)]
         for run, mine in zip(runs, errors, strict=True)
+    ]
+    found = [
+        [_of_run(run, s, e, v) for s, e, v in zip(run.samples, mine, jitter, strict=True)]
+        for run, mine, jitter in zip(runs, errors, late, strict=True)
     ]
     sizes = [[independent(e - e.mean()) for e in mine] for mine in errors]
-    jitter = [
-        [scatter(run, s, e).mean() for s, e in zip(run.samples, mine, strict=True)]
-        for run, mine in zip(runs, errors, strict=True)
-    ]
     for r, run in enumerate(runs):
         for c, samples in enumerate(run.samples):
             for q, k in _same(runs, samples.channel):
-                known = jitter[r][c] - jitter[q][k]
-                ratio = _left(found[r][c].marginal, known) / found[q][k].marginal
+                known = float(late[r][c].mean() - late[q][k].mean())
+                ratio = left(found[r][c].marginal, known) / found[q][k].marginal
                 alike = sizes[q][k] * len(errors[r][c]) / len(errors[q][k])  # were it the same
                 if ratio > APART and significance(ratio, alike, sizes[q][k]) > SURE:
                     found[r][c] = found[q][k]
     return tuple(map(tuple, found))
 
 
-def _left(deviation: float, known: float) -> float:
+def left(deviation: float, known: float) -> float:
     """A standard deviation without what jitter adds to its square."""
     return float(np.sqrt(max(deviation**2 - max(known, 0.0), 0.0)))
 
@@ -84,15 +84,15 @@ def _same(runs: tuple[Run, ...], channel: str) -> list[tuple[int, int]]:
     ]
 
 
-def _of_run(run: Run, samples: Samples, errors: Array) -> Noise:
+def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
     """The noise of one channel's errors; of those at rest, where they are far smaller."""
     whole, rest = estimate(errors, samples.breaks), at_rest(run)[samples.index]
     if min(rest.sum(), (~rest).sum()) < ROWS:
         return whole
     moving, still = errors[~rest] - errors.mean(), errors[rest] - errors.mean()
     sizes = independent(moving), independent(still)
-    known = scatter(run, samples, errors)[~rest].mean()
-    ratio = _left(float(np.std(moving)), known) / max(float(np.sqrt(np.mean(still**2))), 1e-300)
+    loud = left(float(np.std(moving)), float(late[~rest].mean()))
+    ratio = loud / max(float(np.sqrt(np.mean(still**2))), 1e-300)
     if min(sizes) < FEWEST or ratio < LOUDER or significance(ratio, *sizes) < SURE:
         return whole
     quiet = samples.without(~rest)

@@ -12,7 +12,16 @@ import numpy as np
 from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
-from corexy_fmi.engine.quiet import FEWEST, LOUDER, ROWS, SURE, at_rest, independent, significance
+from corexy_fmi.engine.quiet import (
+    FEWEST,
+    LOUDER,
+    ROWS,
+    SURE,
+    at_rest,
+    independent,
+    left,
+    significance,
+)
 
 
 def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
@@ -30,8 +39,8 @@ def _ratio(parts: list[tuple[Replay, int]]) -> tuple[float, float]:
         return 0.0, 0.0
     quick = max(quick_noise(r.run.samples[c]) for r, c in parts)
     late = np.concatenate([scatter(r.run, r.run.samples[c], r.errors[c]) for r, c in parts])[~rest]
-    left = max(float(np.mean(moving**2) - np.mean(late)), 0.0)
-    ratio = float(np.sqrt(left) / max(np.sqrt(np.mean(still**2)), quick))
+    loud = left(float(np.sqrt(np.mean(moving**2))), float(np.mean(late)))
+    ratio = loud / max(float(np.sqrt(np.mean(still**2))), quick)
     return ratio, significance(ratio, *sizes)
 
 
