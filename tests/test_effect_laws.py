@@ -88,13 +88,13 @@ def test_a_loose_pulley_begins_where_it_is_said_to(location, parameter, begins):
     ("location", "wx", "wy"), [("motor1", 0.5, 0.5), ("motor2", 0.5, -0.5), ("motors", 1, None)]
 )
 def test_eccentric_motor_pulley(location, wx, wy):
-    """x = (u_1 + u_2) / 2 with u_i = r phi_i + a sin(phi_i + phase)."""
+    """x = (u_1 + u_2) / 2 with u_i = r phi_i + a (sin(phi_i + phase) - sin phase)."""
     amplitude, phase = 5e-5, 0.7
     time, path = polyline([(0, 0), (0.05, 0.02)], 0.05)
     values = vector(effects=[("pulley_eccentricity", location, (amplitude, phase))])
     x, y = run(drive(time, path), values, fidelity="kinematic")
     phi1, phi2 = angles_of(path).T
-    first, second = (amplitude * np.sin(phi + phase) for phi in (phi1, phi2))
+    first, second = (amplitude * (np.sin(phi + phase) - np.sin(phase)) for phi in (phi1, phi2))
     if location == "motors":
         assert x - path[:, 0] == pytest.approx((first + second) / 2, abs=1e-12)
         assert y - path[:, 1] == pytest.approx((first - second) / 2, abs=1e-12)
@@ -119,7 +119,8 @@ def test_eccentric_pulley_at_rest_minimises_the_energy(location):
     q[2:4] = angles_of(path[-1:])[0]
     for _ in range(30):  # the shift depends on the idler's own angle
         angle, coordinate = q[number + 1], number + 1
-        shift, slope = amplitude * np.sin(angle + phase), amplitude * np.cos(angle + phase)
+        shift = amplitude * (np.sin(angle + phase) - np.sin(phase))
+        slope = amplitude * np.cos(angle + phase)
         if number <= 2:
             extra = FULL.rows(1.0)[:, coordinate] * shift
             lean = rows

@@ -1,6 +1,8 @@
 """An angle error of a stepper motor that repeats with each electrical cycle.
 
-    phi = phi_c + a sin(50 phi_c + phase)                                                [rad]
+    phi = phi_c + a (sin(50 phi_c + phase) - sin phase)                                  [rad]
+
+It is zero at a command of zero, where a machine's coordinates begin.
 
 Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994 (microstepping).
 """
@@ -23,7 +25,7 @@ def microstep(command, rate, amplitude, phase):
     """Angle [rad] and rate [rad/s] that the motor makes of its command."""
     turn = ROTOR_TEETH * command + phase
     return {
-        "command": command + amplitude * sin(turn),
+        "command": command + amplitude * (sin(turn) - sin(phase)),
         "rate": rate * (1 + ROTOR_TEETH * amplitude * cos(turn)),
     }
 
@@ -55,7 +57,7 @@ EFFECT = Effect(
         ),
     ),
     laws=(Law("command", microstep),),
-    equation=r"\varphi = \varphi_c + a \sin(50\,\varphi_c + \varphi_0)",
+    equation=r"\varphi = \varphi_c + a (\sin(50\,\varphi_c + \varphi_0) - \sin\varphi_0)",
     citation="Kenjo, Sugawara 1994, Stepping Motors and Their Microprocessor Controls",
     remedy="Use a driver with corrected currents, tune its offsets, or take a 0.9-degree motor.",
     check="Step by single microsteps and measure each: their sizes repeat every four full steps.",

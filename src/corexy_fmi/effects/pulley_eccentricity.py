@@ -1,7 +1,9 @@
 """Once-per-revolution error of a pulley that does not run true.
 
-    motor pulley:  u = r phi + a sin(phi + phase)                                        [m]
-    idler:         its rim shifts by a sin(phi + phase); each neighbouring section grows by half
+    motor pulley:  u = r phi + a (sin(phi + phase) - sin phase)                          [m]
+    idler:         its rim shifts by the same; each neighbouring section grows by half
+
+It is zero at an angle of zero, where a machine's coordinates begin.
 
 Source: Norton, Design of Machinery, 2011 (run-out of a pulley); CONTRACT 5 for the idlers.
 """
@@ -17,7 +19,7 @@ MOTOR_PULLEYS, IDLERS = (0, 1), tuple(range(2, 10))
 def travel_error(travel, gain, angle, amplitude, phase):
     """Belt travel [m] of a motor pulley and its slope [m/rad]."""
     return {
-        "travel": travel + amplitude * sin(angle + phase),
+        "travel": travel + amplitude * (sin(angle + phase) - sin(phase)),
         "gain": gain + amplitude * cos(angle + phase),
     }
 
@@ -25,7 +27,7 @@ def travel_error(travel, gain, angle, amplitude, phase):
 def rim(runout, runout_slope, angle, amplitude, phase):
     """Shift [m] of an idler's rim and its slope [m/rad]."""
     return {
-        "runout": runout + amplitude * sin(angle + phase),
+        "runout": runout + amplitude * (sin(angle + phase) - sin(phase)),
         "runout_slope": runout_slope + amplitude * cos(angle + phase),
     }
 
@@ -57,7 +59,7 @@ EFFECT = Effect(
         ),
     ),
     laws=(Law("transmission", travel_error, MOTOR_PULLEYS), Law("runout", rim, IDLERS)),
-    equation=r"u = r\,\varphi + a \sin(\varphi + \varphi_0)",
+    equation=r"u = r\,\varphi + a (\sin(\varphi + \varphi_0) - \sin\varphi_0)",
     citation="Norton 2011, Design of Machinery; run-out of a pulley",
     remedy="Replace the pulley or seat it true on its shaft.",
     check="Put a dial gauge on the pulley's rim and turn it once.",

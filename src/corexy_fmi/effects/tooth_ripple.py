@@ -1,8 +1,9 @@
 """An error of belt travel at each tooth of a motor's pulley.
 
-    u = r phi + a (sin t + p sin 2 t + q cos 2 t),   t = teeth phi + phase               [m]
+    u = r phi + a (w(teeth phi + phase) - w(phase)),   w(t) = sin t + p sin 2 t + q cos 2 t  [m]
 
-A tooth's mesh is no pure sine; p and q are its overtone's sine and cosine.
+A tooth's mesh is no pure sine; p and q are its overtone's sine and cosine.  It is zero at an angle
+of zero, where a machine's coordinates begin.
 
 Source: Childs et al., Proc. IMechE D 211(3), 1997 (the meshing of timing belt teeth).
 """
@@ -15,9 +16,15 @@ def mesh(travel, gain, angle, amplitude, phase, teeth, overtone_sine, overtone_c
     """Belt travel [m] of a motor's pulley and its slope [m/rad]."""
     turn = teeth * angle + phase
     p, q = overtone_sine, overtone_cosine
-    wave = sin(turn) + p * sin(2 * turn) + q * cos(2 * turn)
+
+    def wave(angle):
+        return sin(angle) + p * sin(2 * angle) + q * cos(2 * angle)
+
     slope = cos(turn) + 2 * p * cos(2 * turn) - 2 * q * sin(2 * turn)
-    return {"travel": travel + amplitude * wave, "gain": gain + amplitude * teeth * slope}
+    return {
+        "travel": travel + amplitude * (wave(turn) - wave(phase)),
+        "gain": gain + amplitude * teeth * slope,
+    }
 
 
 def overtone(name):
@@ -66,8 +73,8 @@ EFFECT = Effect(
         overtone("cosine"),
     ),
     laws=(Law("transmission", mesh),),
-    equation=r"u = r\,\varphi + a (\sin\theta + p \sin 2\theta + q \cos 2\theta),\ "
-    r"\theta = z\,\varphi + \varphi_0",
+    equation=r"u = r\,\varphi + a (w(z\,\varphi + \varphi_0) - w(\varphi_0)),\ "
+    r"w(\theta) = \sin\theta + p \sin 2\theta + q \cos 2\theta",
     citation="Childs et al. 1997, Proc. IMechE D 211(3), The meshing of timing belt teeth",
     remedy="Match belt and pulley profile, replace a worn pulley, set the pretension as specified.",
     check="Move slowly along a ruler under a microscope: the error repeats with each tooth.",
