@@ -18,6 +18,7 @@ from kernel_helpers import (
     vector,
 )
 
+from corexy_fmi.effects.belt_slack import pull
 from corexy_fmi.topology import FULL, REDUCED
 
 R = 5e-3
@@ -141,6 +142,17 @@ def test_a_slack_section_gives_no_more():
     tension = at_rest(effects, channels=names)
     assert tension.min() == pytest.approx(-pretension)
     assert -tension[[0, 11]].sum() + tension[[5, 6]].sum() == pytest.approx(-large, rel=1e-5)
+
+
+def test_strands_of_an_uneven_belt_go_slack_one_after_the_other():
+    """The law is the mean of sharp ones over the width, and at rest no tension is added."""
+    pretension, spread = 3.0, 1.5
+    strands = pretension * (1 + spread * (np.arange(20_000) + 0.5) / 20_000)
+    for tension in (-9.0, -7.0, -5.0, -3.1, -2.0, 0.0, 4.0):
+        mean = np.mean([np.maximum(tension, -strand) for strand in strands])
+        assert pull(tension, pretension, spread)["tension"] == pytest.approx(mean, abs=1e-6)
+    for spread in (0.0, 1.5):
+        assert pull(0.0, pretension, spread)["tension"] == pytest.approx(0.0, abs=1e-15)
 
 
 def test_belt_damping_is_the_nominal_damping_time():

@@ -28,7 +28,7 @@ R, STEP_ANGLE = 5e-3, 2 * np.pi / 200
 @pytest.mark.parametrize("name", ["tooth_ripple", "microstep_error"])
 @pytest.mark.parametrize(("motor", "sign"), [("motor1", 1), ("motor2", -1)])
 def test_ripples_have_their_amplitude_and_period(name, motor, sign):
-    """Half of a motor's error goes to x, half to y: r a sin(50 phi + p) or a sin(z phi + p), from 0 on."""
+    """Half of a motor's error goes to x, half to y: r a sin(50 phi + p), a sin(z phi + p)."""
     time, path = polyline([(0, 0), (0.05, 0.02)], 0.05)
     angle = angles_of(path)[:, 0 if sign > 0 else 1]
     numbers = (2e-5, 0.6, 17.0) if name == "tooth_ripple" else (4e-3, 0.6)

