@@ -59,6 +59,23 @@ def test_a_phase_is_the_same_a_turn_later() -> None:
     assert list(calibration.coverage([case]).values()) == [[True]]
 
 
+def test_steps_that_are_missing_are_a_jump_back() -> None:
+    """Two steps lost, in the plant's count, are a jump by -2."""
+    case = entry(1.0, (0.0, 1.0))
+    said = {"steps@a.csv": {"value": -2.0, "ci95": [-2.1, -1.9]}}
+    case["document"]["effects"][0]["parameters"] = said
+    case["truth"]["effects"][0]["parameters"] = {"steps@a.csv": 2.0}
+    assert list(calibration.coverage([case]).values()) == [[True]]
+
+
+@pytest.mark.parametrize(("law", "own"), [(0.0, True), (1.0, False), (2.0, True)])
+def test_a_form_that_the_catalogue_lacks_is_told_apart(law: float, own: bool) -> None:
+    """The Lorentzian peak is the plant's alone."""
+    case = entry(1.0, (0.0, 1.0))
+    case["truth"]["effects"][0]["form"] = {"law": law}
+    assert calibration.in_own_form(case) is own
+
+
 def test_the_section_prints_its_counts() -> None:
     """n beside every share."""
     text = "\n".join(calibration.section(CASES))

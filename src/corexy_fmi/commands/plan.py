@@ -30,7 +30,7 @@ from corexy_fmi.programs import named_command, programs, stage_limits
 from corexy_fmi.recording import write_recording
 
 if TYPE_CHECKING:
-    from corexy_fmi.engine.plan import Nameable
+    from corexy_fmi.engine.plan_size import Nameable
 
 
 def _folder_or_nothing(path: Path | None) -> Path | None:
@@ -54,7 +54,8 @@ def plan(
     """Tell for every effect the smallest size that could be named, and from which program.
 
     Programs last at most 10 s and keep within the stage, the speed and the acceleration. The sizes
-    are estimates: the machine file is taken as true within its uncertainty, the noise as white.
+    are estimates, named as often as not: the machine file is taken as true within its uncertainty,
+    the noise as white.
 
     Examples:
 
@@ -69,11 +70,12 @@ def plan(
     limits = stage_limits(chosen, speed, acceleration)
     orders = {n: named_command(f"{n}.csv", m, chosen, rate) for n, m in programs(limits).items()}
     with progress() as move, ThreadPoolExecutor() as pool:
-        told = iter(range(1, len(orders) + 1))
+        doing = iter(("running programs", "fitting rivals"))
 
         def mapper(function, jobs):  # type: ignore[no-untyped-def]
-            for result in pool.map(function, jobs):
-                move("running programs", next(told) / len(orders))
+            what = next(doing)
+            for told, result in enumerate(pool.map(function, jobs), 1):
+                move(what, told / len(jobs))
                 yield result
 
         found = smallest(bundled_layout(), chosen, orders, noise, mapper)
