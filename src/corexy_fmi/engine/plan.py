@@ -13,12 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.effects.api import Parameter
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.foresee import Sensing, filled, imagined
 from corexy_fmi.engine.name import TEMPERATURE, THRESHOLD
 from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.plan_fit import distances
+from corexy_fmi.engine.plan_fit import Rivalry
 from corexy_fmi.engine.plan_size import Nameable, Sized, sized
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import changes, row_of
@@ -31,7 +32,7 @@ from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
 TRIED, LIKE = 24, 0.2  # starts of a rival that count; share of E that makes it one
-PROGRAMS = 3  # on which fits are tried, at most
+PROGRAMS = 2  # on which fits are tried, at most
 SETTLED = 2 * TEMPERATURE * float(np.log(SURE / (1 - SURE)))  # E_sep at which the name is sure
 
 
@@ -96,14 +97,29 @@ def bare(machine: Machine, layout: Layout, order: Recording, std: float) -> Fit:
 
 
 def _subspaces(base: Fit, instance: Instance, q: Array, offered: Spread) -> list[Array]:
-    """Orthonormal bases (samples, n) of what an effect can change; a wave's phases together."""
+    """Orthonormal bases (samples, n) of what an effect can change: a wave's phases together, and
+    each of several sizes alone.
+    """
     rows = combinations(instance, offered)
     found = []
-    for group in groups(instance, rows)[:TRIED]:
-        shift = _shift(base, instance, [rows[n] for n in group], q)
+    for group in [[rows[n] for n in g] for g in groups(instance, rows)[:TRIED]] + _edges(instance):
+        apart = [_alone(instance, row, p) for row in group for p in instance.effect.sizes]
+        shift = _shift(base, instance, apart, q)
         left, size, _ = np.linalg.svd(shift.T, full_matrices=False)
         found.append(left[:, size > max(1e-3 * size[0], 1e-9)])
     return found
+
+
+def _alone(instance: Instance, row: dict[str, float], size: Parameter) -> dict[str, float]:
+    """A row with one of its sizes, the others neutral."""
+    return row | {p.name: p.neutral for p in instance.effect.sizes if p != size}
+
+
+def _edges(instance: Instance) -> list[list[dict[str, float]]]:
+    """Rows with each time constant, width or count at either bound: where a rival may be fitted."""
+    first = {p.name: p.starts[0] for p in instance.effect.parameters}
+    free = [p for p in instance.effect.parameters if p.log and not (p.size or p.over or p.shape)]
+    return [[first | {p.name: value}] for p in free for value in (p.lower, p.upper)]
 
 
 def _shift(base: Fit, instance: Instance, rows: list[dict[str, float]], q: Array) -> Array:
@@ -144,9 +160,10 @@ def _fitted(base: Fit, one: Sized) -> Sized:
     """The same as `_linear` with the machine and the nearest rivals fitted, from where it ended."""
     row, instance = one.row, one.instance
     assert row.size is not None
+    rivalry = Rivalry(base, instance, one.rivals)
 
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
-        shown, left, rivals = distances(base, instance, values, one.rivals)
+        shown, left, rivals = rivalry.distances(values)
         return visible(base, instance, shown, left), rivals
 
     return sized(instance, row.others | {row.parameter: row.size}, row.program, share)

@@ -7,7 +7,7 @@ or phase may come nearer, and friction bends what retuning takes up.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,44 +16,64 @@ from corexy_fmi.engine.foresee import filled
 from corexy_fmi.engine.idle import idle
 from corexy_fmi.engine.name import THRESHOLD
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.screen import Lead, screen
+from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.signature import row_of
 from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
-FIRST, ITERATIONS = 2, 8  # iterations from each of a rival's starts; from the best of them
+ITERATIONS, ENOUGH, SECANTS = 8, 0.3, 3  # of a fit; [nats]
 
 
-def distances(
-    base: Fit, instance: Instance, values: dict[str, float], rivals: Sequence[Instance]
-) -> tuple[float, float, list[Instance]]:
-    """E of an effect at these values on a program's bare fit, E_sep, and the rivals, nearest first.
-
-    Without rivals E_sep is E.  One that does as well without its size (`idle.py`) is none.
+@dataclass(eq=False)
+class Rivalry:
+    """An effect against its rivals on a program's bare fit; each fit begins where the last, of
+    another size, ended.
     """
-    retuned = minimise(_shown(base, instance, values), base.u, ITERATIONS)
-    leads = screen(retuned, [Hypothesis((i,)) for i in rivals])
-    fits = [fit for fit in map(_fitted, leads) if not idle(fit, THRESHOLD)]
-    left = {fit.problem.hypothesis.uses[0]: _distance(fit) for fit in fits}
-    order = sorted(left, key=lambda i: left[i])
-    shown = _distance(retuned)
-    return shown, min([shown, *left.values()]), order
+
+    base: Fit
+    instance: Instance
+    rivals: Sequence[Instance]
+    ends: dict[tuple[Instance, ...], Array] = field(default_factory=dict)
+
+    def distances(self, values: dict[str, float]) -> tuple[float, float, list[Instance]]:
+        """E of the effect at these values, E_sep, and the rivals, nearest first.
+
+        Without rivals E_sep is E.  One that does as well without its size (`idle.py`) is none.
+        """
+        problem = self._shown(values)
+        retuned = self._on(problem, self.ends.get((), self.base.u))
+        found = [self._rival(retuned, i) for i in self.rivals]
+        fits = [fit for fit in found if not idle(fit, THRESHOLD)]
+        left = {fit.problem.hypothesis.uses[0]: _distance(fit) for fit in fits}
+        shown = _distance(retuned)
+        return shown, min([shown, *left.values()]), sorted(left, key=lambda i: left[i])
+
+    def _shown(self, values: dict[str, float]) -> Problem:
+        """The bare machine before what the effect would show, without noise."""
+        problem = replace(self.base.problem, hypothesis=Hypothesis((self.instance,)))
+        vector = row_of(problem, np.zeros(problem.size), self.instance, values)
+        run = filled(self.base.problem.runs[0], problem.simulate(vector[None], 0)[0])
+        return replace(self.base.problem, runs=(run,))
+
+    def _rival(self, retuned: Fit, rival: Instance) -> Fit:
+        """A rival fitted, nominal machine and all."""
+        problem = replace(retuned.problem, hypothesis=Hypothesis((rival,)))
+        start = self.ends.get((rival,))
+        return self._on(problem, _begun(retuned, rival) if start is None else start)
+
+    def _on(self, problem: Problem, start: Array) -> Fit:
+        fit = minimise(problem, start, ITERATIONS, ENOUGH, secants=SECANTS)
+        self.ends[problem.hypothesis.uses] = fit.u
+        return fit
 
 
-def _shown(base: Fit, instance: Instance, values: dict[str, float]) -> Problem:
-    """The bare machine before what an effect would show, without noise."""
-    problem = replace(base.problem, hypothesis=Hypothesis((instance,)))
-    vector = row_of(problem, np.zeros(problem.size), instance, values)
-    run = filled(base.problem.runs[0], problem.simulate(vector[None], 0)[0])
-    return replace(base.problem, runs=(run,))
-
-
-def _fitted(lead: Lead) -> Fit:
-    """A rival fitted, nominal machine and all."""
+def _begun(retuned: Fit, rival: Instance) -> Array:
+    """The best of a rival's starts after one step from each."""
+    lead = screen(retuned, [Hypothesis((rival,))])[0]
     near = lead.borrowed()
-    begun = [minimise(lead.problem, u, FIRST, borrowed=near) for u in lead.starts]
-    best = min(begun, key=lambda fit: fit.cost)
-    return minimise(lead.problem, best.u, ITERATIONS)
+    begun = [minimise(lead.problem, u, 1, borrowed=near) for u in lead.starts]
+    return min(begun, key=lambda fit: fit.cost).u
 
 
 def _distance(fit: Fit) -> float:
