@@ -20,7 +20,7 @@ from corexy_fmi.engine.foresee import Sensing, filled, imagined
 from corexy_fmi.engine.name import TEMPERATURE, THRESHOLD
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.plan_fit import Rivalry
-from corexy_fmi.engine.plan_size import Nameable, Sized, sized
+from corexy_fmi.engine.plan_size import Nameable, Sized, sized, stronger
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import changes, row_of
 from corexy_fmi.engine.spread import Spread, combinations, groups, spread
@@ -32,6 +32,7 @@ from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
 TRIED, LIKE = 24, 0.2  # starts of a rival that count; share of E that makes it one
+FAINT = 0.1  # of the size at which a fit begins
 PROGRAMS = 2  # on which fits are tried, at most
 SETTLED = 2 * TEMPERATURE * float(np.log(SURE / (1 - SURE)))  # E_sep at which the name is sure
 
@@ -111,8 +112,9 @@ def _subspaces(base: Fit, instance: Instance, q: Array, offered: Spread) -> list
 
 
 def _alone(instance: Instance, row: dict[str, float], size: Parameter) -> dict[str, float]:
-    """A row with one of its sizes, the others neutral."""
-    return row | {p.name: p.neutral for p in instance.effect.sizes if p != size}
+    """A row with one of its sizes, the others neutral; small, for a large one's signature bends."""
+    faint = row if size.over else stronger(instance, row, float(np.log(FAINT)))
+    return faint | {p.name: p.neutral for p in instance.effect.sizes if p != size}
 
 
 def _edges(instance: Instance) -> list[list[dict[str, float]]]:
@@ -143,28 +145,30 @@ def _linear(stage: _Stage, instance: Instance) -> Sized:
 
 def _best(job: tuple[dict[str, Fit], list[Sized]]) -> Nameable:
     """The smallest fitted size, of the programs that signatures put first: it ends where the next
-    one's signature, which fits hardly ever better, promises no more.
+    one's signature, which fits hardly ever better, promises no more.  What is a rival on one is
+    tried on each.
     """
     bases, ranked = job
-    best = ranked[0] if ranked[0].row.size is None else None
-    for one in ranked[:PROGRAMS]:
+    tried = [r for r in ranked[:PROGRAMS] if r.row.size is not None]
+    rivals = tuple(dict.fromkeys(i for one in tried for i in one.rivals))
+    best = None
+    for one in tried:
         if best is not None and _effort(best) <= _effort(one):
             break
-        fitted = _fitted(bases[one.row.program], one)
+        fitted = _fitted(bases[one.row.program], one, rivals)
         best = fitted if best is None or _effort(fitted) < _effort(best) else best
-    assert best is not None
-    return best.row
+    return (best or ranked[0]).row
 
 
-def _fitted(base: Fit, one: Sized) -> Sized:
-    """The same as `_linear` with the machine and the nearest rivals fitted, from where it ended."""
+def _fitted(base: Fit, one: Sized, rivals: tuple[Instance, ...]) -> Sized:
+    """The same as `_linear` with the machine and the rivals fitted, from where it ended."""
     row, instance = one.row, one.instance
     assert row.size is not None
-    rivalry = Rivalry(base, instance, one.rivals)
+    rivalry = Rivalry(base, instance, rivals)
 
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
-        shown, left, rivals = rivalry.distances(values)
-        return visible(base, instance, shown, left), rivals
+        shown, left, nearest = rivalry.distances(values)
+        return visible(base, instance, shown, left), nearest
 
     return sized(instance, row.others | {row.parameter: row.size}, row.program, share)
 
