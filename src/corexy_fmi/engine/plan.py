@@ -63,7 +63,8 @@ def smallest(
     for one in (one for rows in mapper(_on_program, jobs) for one in rows):
         found.setdefault((one.row.name, one.row.location), []).append(one)
     bases = {name: bare(machine, layout, order, std) for name, order in orders.items()}
-    ranked = [(bases, sorted(found[key], key=_effort)) for key in sorted(found)]
+    order = {key: sorted(found[key], key=lambda o: (_effort(o), -o.share)) for key in sorted(found)}
+    ranked = [(bases, programs) for programs in order.values()]
     return list(mapper(_best, ranked))
 
 
@@ -149,28 +150,30 @@ def _best(job: tuple[dict[str, Fit], list[Sized]]) -> Nameable:
     tried on each.
     """
     bases, ranked = job
-    tried = [r for r in ranked[:PROGRAMS] if r.row.size is not None]
-    rivals = tuple(dict.fromkeys(i for one in tried for i in one.rivals))
+    rivals = tuple(dict.fromkeys(i for one in ranked[:PROGRAMS] for i in one.rivals))
     best = None
-    for one in tried:
-        if best is not None and _effort(best) <= _effort(one):
+    for one in ranked[:PROGRAMS]:
+        if best is not None and best.row.size is not None and _effort(best) <= _effort(one):
             break
         fitted = _fitted(bases[one.row.program], one, rivals)
         best = fitted if best is None or _effort(fitted) < _effort(best) else best
-    return (best or ranked[0]).row
+    assert best is not None
+    return best.row
 
 
 def _fitted(base: Fit, one: Sized, rivals: tuple[Instance, ...]) -> Sized:
-    """The same as `_linear` with the machine and the rivals fitted, from where it ended."""
+    """The same as `_linear` with the machine and the rivals fitted, from where it ended; where it
+    found no size, from where the effect's file begins.
+    """
     row, instance = one.row, one.instance
-    assert row.size is not None
+    first = instance.effect.size.starts[0] if row.size is None else row.size
     rivalry = Rivalry(base, instance, rivals)
 
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
         shown, left, nearest = rivalry.distances(values)
         return visible(base, instance, shown, left), nearest
 
-    return sized(instance, row.others | {row.parameter: row.size}, row.program, share)
+    return sized(instance, row.others | {row.parameter: first}, row.program, share)
 
 
 def visible(base: Fit, instance: Instance, shown: float, left: float) -> float:

@@ -36,11 +36,14 @@ class Nameable:
 
 @dataclass(frozen=True, eq=False)
 class Sized:
-    """An effect's smallest size on one program, and its nearest rivals, the nearest first."""
+    """An effect's smallest size on one program, its nearest rivals, nearest first, and the share
+    at which the search for a size ended.
+    """
 
     row: Nameable
     instance: Instance
     rivals: tuple[Instance, ...]
+    share: float
 
 
 def sized(instance: Instance, start: dict[str, float], program: str, share_of: Shares) -> Sized:
@@ -59,7 +62,7 @@ def sized(instance: Instance, start: dict[str, float], program: str, share_of: S
     rival = f"{rivals[0].effect.name} at {rivals[0].location}" if rivals else "none"
     row = Nameable(instance.effect.name, instance.location, size.name, found, size.neutral,
                    size.unit_at(instance.location), program, rival, others)  # fmt: skip
-    return Sized(row, instance, tuple(rivals[:RIVALS]))
+    return Sized(row, instance, tuple(rivals[:RIVALS]), search.share)
 
 
 def stronger(instance: Instance, start: dict[str, float], place: float) -> dict[str, float]:
