@@ -67,18 +67,21 @@ def test_a_tight_spot_adds_its_bell(place):
     assert STIFFNESS * (path[:, 0] - x)[2000:-2] == pytest.approx(force[2000:-2], rel=5e-3)
 
 
-def test_load_friction_follows_the_other_axis():
-    """x slides, y is pushed by F against its belts: K lag = b v + f + coefficient F."""
+@pytest.mark.parametrize("along", [0.0, 1.0])
+def test_load_friction_follows_the_belts(along):
+    """x slides, y is pushed by F: K lag = b v + f + coefficient hypot(F, along K lag)."""
     push, coefficient = 2.0, 0.3
     frictionless_y = {"bridge_coulomb_friction": 0.0, "bridge_viscous_friction": 20.0}
     time, path = polyline([(0, 0), (0.06, 0)], 0.03)
-    lags = []
-    for share in (0.0, coefficient):
+    pulls = []
+    for law in ((), (coefficient, along)):
         effects = [("constant_force", "y", (push,))]
-        effects += [("load_friction", "x", (share,))] if share else []
+        effects += [("load_friction", "x", law)] if law else []
         values = vector(effects=effects, **frictionless_y)
-        lags.append(path[-1, 0] - run(drive(time, path), values, fidelity="reduced")[0, -1])
-    assert STIFFNESS * (lags[1] - lags[0]) == pytest.approx(coefficient * push, rel=1e-4)
+        reached = run(drive(time, path), values, fidelity="reduced")[0, -1]
+        pulls.append(STIFFNESS * (path[-1, 0] - reached))
+    load = np.hypot(push, along * pulls[1])
+    assert pulls[1] - pulls[0] == pytest.approx(coefficient * load, rel=1e-4)
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.08])

@@ -22,7 +22,7 @@ OWN_LAWS = {
     "stribeck_friction": (0, 2),
     "presliding_hysteresis": (0,),
     "friction_vs_position": (0,),
-    "load_friction": (1,),
+    "load_friction": (0, 1),
     "quadratic_drag": (0,),
     "friction_warmup": (0,),
     "belt_slack": (0,),

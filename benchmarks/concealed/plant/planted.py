@@ -1,4 +1,4 @@
-"""An effect as it is planted, and its nearest rival in the catalogue."""
+"""An effect as it is planted, and its nearest rivals in the catalogue."""
 
 from dataclasses import dataclass, field, replace
 
@@ -7,6 +7,7 @@ import numpy as np
 from .effects import Effect
 from .evidence import cosine, gram, left_over
 
+NEAREST = 3  # rivals that are fitted
 
 @dataclass(frozen=True)
 class Planted:
@@ -84,22 +85,39 @@ def sized(effect, location, shapes, residual, columns):
     return Planted(effect, location, float(size), shape) if fits else None
 
 
-def nearest_rival(catalogue, model, theta, jac, residual, planted):
-    """The rival whose retuned, linearised signature is closest, the cosine to it, and itself but
-    where it is each recording's own.
+@dataclass(frozen=True)
+class Rival:
+    """An effect near the planted one: the cosine between both, and itself as its signature is
+    nearest, but where it is each recording's own.
     """
-    here, best, known = model.output(theta), ("none", "none", 0.0, None), {}
+
+    name: str
+    location: str
+    cosine: float
+    one: Planted | None
+
+    def told(self):
+        return {"name": self.name, "location": self.location, "cosine": self.cosine}
+
+
+def nearest_rivals(catalogue, model, theta, jac, residual, planted):
+    """The rivals whose retuned, linearised signatures are closest, nearest first."""
+    here, found, known = model.output(theta), [], {}
     for effect, location in rivals(catalogue, model.experiment.drive, planted, model.beside):
         if effect.name == planted.effect.name and effect.tied:
             shared = {k: planted.shape[k] for k in effect.tied}
             effect = replace(effect, grid=tuple(one | shared for one in effect.grid))
-        found = signatures(model, theta, here, effect, location, known)
-        seen, n = left_over(jac, found), effect.group * found.shape[1] // len(effect.grid)
-        nears = [cosine(residual, seen[:, i : i + n]) for i in range(0, seen.shape[1], n)]
-        k, near = int(np.argmax(nears)), max(nears)
-        if near > best[2]:
-            part = slice(n * k, n * (k + 1))
-            shapes = effect.grid[part] if n == effect.group else ()
-            one = sized(effect, location, shapes, residual, seen[:, part]) if shapes else None
-            best = (effect.name, location, near, one)
-    return best
+        columns = signatures(model, theta, here, effect, location, known)
+        found.append(nearest_shape(effect, location, left_over(jac, columns), residual))
+    return sorted(found, key=lambda rival: -rival.cosine)[:NEAREST]
+
+
+def nearest_shape(effect, location, seen, residual):
+    """An effect in the shape of its grid whose signature (its columns of seen) is closest."""
+    n = effect.group * seen.shape[1] // len(effect.grid)
+    nears = [cosine(residual, seen[:, i : i + n]) for i in range(0, seen.shape[1], n)]
+    k, near = int(np.argmax(nears)), max(nears)
+    part = slice(n * k, n * (k + 1))
+    shapes = effect.grid[part] if n == effect.group else ()
+    one = sized(effect, location, shapes, residual, seen[:, part]) if shapes else None
+    return Rival(effect.name, location, near, one)

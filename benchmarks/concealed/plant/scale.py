@@ -6,11 +6,12 @@ import numpy as np
 
 from .evidence import REACHES, Model, fit, left_over, whitened
 from .machines import pack
-from .planted import merged, nearest_rival
+from .planted import merged, nearest_rivals
 from .recording import channels
 from .world import experiment_of
 
 CLOSE = 0.12  # log of E over its target that is good enough
+TAKES = 0.5  # share of E that a rival leaves, below which it may have shown a better retuning
 LINEAR = 0.1  # log of linearised over real E, below which there is one minimum only
 
 
@@ -134,27 +135,46 @@ def to_target(world, one, target):
 
 
 def with_rival(model, found, rival):
-    """What is left over where a rival's size is fitted, too: signatures bend, and their angle may
-    tell twins apart that are none.
+    """The fit where a rival's size is free, too: signatures bend, and their angle may tell twins
+    apart that are none.
     """
     both = Model(model.experiment, (*model.beside, rival))
     known = dict(zip(model.groups, found.theta, strict=False))
     sizes, bends = np.split(found.theta[model.n_nominal :], [len(model.beside)])
     theta = np.concatenate([[known.get(g, 0.0) for g in both.groups], sizes, [0.0], bends])
     truth = found.residual + model.output(found.theta)
-    return fit(both, truth, theta).evidence
+    return both, fit(both, truth, theta)
+
+
+def without_rival(model, found, both, end):
+    """The retuned fit once more from where one with a rival ended; the better of both."""
+    n = both.n_machine
+    known = dict(zip(both.groups, end.theta, strict=False))
+    machine = [*(known.get(g, 0.0) for g in model.groups), *end.theta[both.n_nominal : n - 1]]
+    theta = np.clip(np.concatenate([machine, end.theta[n:]]), model.low, model.high)
+    truth = found.residual + model.output(found.theta)
+    return min(found, fit(model, truth, theta), key=lambda one: one.evidence)
 
 
 def judge(retuning, planted):
-    """E, E_sep and the nearest rival of one effect, from the retuned fit without it."""
-    model, found = retuning.model, retuning.last
-    name, location, near, rival = nearest_rival(
-        retuning.world.catalogue, model, found.theta, found.jac, found.residual, planted
-    )
-    apart = found.evidence * (1.0 - near**2)
+    """E, E_sep and the nearest rival of one effect, from the retuned fit without it.
+
+    E_sep is what is left by the angle to a rival or, if that is less, where it is fitted.
+    """
+    model, found, last = retuning.model, retuning.last, retuning.last
+    catalogue = retuning.world.catalogue
+    ranked = nearest_rivals(catalogue, model, last.theta, last.jac, last.residual, planted)
+    apart = [last.evidence * (1.0 - rival.cosine**2) for rival in ranked]
+    for n, rival in enumerate(ranked):
+        if rival.one is not None:
+            both, end = with_rival(model, last, rival.one)
+            apart[n] = min(apart[n], end.evidence)
+            if end.evidence < TAKES * last.evidence:
+                found = without_rival(model, found, both, end)
+    retuning.last, least = found, int(np.argmin(apart))
     return {
         "E": found.evidence,
-        "E_sep": min(apart, with_rival(model, found, rival)) if rival else apart,
-        "nearest_rival": {"name": name, "location": location, "cosine": near},
+        "E_sep": min(apart[least], found.evidence),
+        "nearest_rival": ranked[least].told(),
         "at_bound": model.at_bound(found.theta),
     }
