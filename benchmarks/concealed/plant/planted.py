@@ -9,6 +9,7 @@ from .evidence import cosine, gram, left_over
 
 NEAREST = 3  # rivals that are fitted
 
+
 @dataclass(frozen=True)
 class Planted:
     effect: Effect
