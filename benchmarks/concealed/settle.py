@@ -1,8 +1,9 @@
 """Whether the experiment that an ambiguous verdict proposes settles it at the first try.
 
-``python -m benchmarks.concealed.settle [--shard i/n] [--minutes M]`` takes the ambiguous cases of
-the proof, draws each once more, diagnoses it, runs the proposed program on the concealed plant as
-often as it says, and diagnoses all recordings together.  It goes on where it stopped.
+``python -m benchmarks.concealed.settle [--shard i/n] [--minutes M]`` takes all cases that any run
+of the proof left ambiguous, those of all 35 effects first, draws each once more, diagnoses it
+against all effects, runs the proposed program on the concealed plant as often as it says, and
+diagnoses all recordings together.  It goes on where it stopped.
 """
 
 from __future__ import annotations
@@ -20,27 +21,26 @@ from rich.progress import track
 
 from benchmarks.concealed.blind import load
 from benchmarks.concealed.calibration import rate
-from benchmarks.concealed.cases import CATALOGUES
-from benchmarks.concealed.proof import OUT, RESULTS, append, commit, kept_of, read, waiting
+from benchmarks.concealed.proof import RESULTS, append, commit, kept_of, read, waiting
 from benchmarks.concealed.score import score
-from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import Diagnosis, diagnose
 from corexy_fmi.engine.classes import equals
 from corexy_fmi.engine.experiment import Experiment
 from corexy_fmi.recording import Recording, read_recording
 
-STORE = RESULTS / "settle.jsonl"
+STORE, STEMS = RESULTS / "settle.jsonl", ("full", "earlier", "proof")
 
 
-def ambiguous(catalogue_name: str) -> list[tuple[str, dict[str, Any]]]:
-    """Name, seed and wish of the proof's ambiguous cases."""
-    files = sorted(RESULTS.glob(OUT[catalogue_name].replace(".jsonl", "*.jsonl")))
-    entries = [e for path in files if "seals" not in path.name for e in read(path)]
-    return [
-        (e["name"], {"seed": e["seed"], "wanted": e["wanted"]})
+def ambiguous() -> list[tuple[str, dict[str, Any]]]:
+    """Name (with its seed, for runs share names), seed and wish of the ambiguous cases."""
+    paths = [p for stem in STEMS for p in sorted(RESULTS.glob(f"{stem}*.jsonl"))]
+    entries = [e for path in paths if "seals" not in path.name for e in read(path)]
+    found = [
+        (f"{e['name']}:{e['seed']}", {"seed": e["seed"], "wanted": e["wanted"]})
         for e in entries
         if e["document"]["verdict"] == "ambiguous"
     ]
+    return sorted(found, key=lambda case: case[1]["wanted"].get("catalogue") != "full")
 
 
 def performed(case: Any, proposed: Experiment) -> list[Recording]:
@@ -59,17 +59,14 @@ def performed(case: Any, proposed: Experiment) -> list[Recording]:
 def settled(name: str, wish: dict[str, Any]) -> dict[str, Any]:
     """What is said of one case before and after the experiment."""
     case = plant.draw(wish["seed"], **wish["wanted"])
-    unknown = frozenset(catalogue()) - set(CATALOGUES[wish["wanted"].get("catalogue", "ten")])
     train, holdout, machine = load(case)
-    first = diagnose(train, holdout, machine, jobs=1, without=unknown)
+    first = diagnose(train, holdout, machine, jobs=1)
     entry = {"name": name, **wish, "truth": case.truth, "before": _said(first, case)}
     proposed = first.experiment
     if proposed is not None:
         entry |= {"why": proposed.why, "times": proposed.times}
     if proposed is not None and proposed.times is not None:
-        after = diagnose(
-            [*train, *performed(case, proposed)], holdout, machine, jobs=1, without=unknown
-        )
+        after = diagnose([*train, *performed(case, proposed)], holdout, machine, jobs=1)
         entry["after"] = _said(after, case)
     return entry | {"commit": commit()}
 
@@ -123,12 +120,11 @@ def _words(said: dict[str, Any]) -> str:
 def main() -> None:
     """Run the cases that are not there yet."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--catalogue", choices=CATALOGUES, default="full")
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
     parser.add_argument("--out", type=Path, default=STORE)
     given, begun = parser.parse_args(), time.monotonic()
-    cases, out = waiting(ambiguous(given.catalogue), given.shard, given.out, lambda entry: True)
+    cases, out = waiting(ambiguous(), given.shard, given.out, lambda entry: True)
     for name, wish in track(cases, description="ambiguous cases"):
         if time.monotonic() - begun > 60 * given.minutes:
             break
