@@ -22,10 +22,11 @@ from engine_kit import (
 
 from corexy_fmi.engine.candidates import hypotheses, instances
 from corexy_fmi.engine.fit import minimise, own_noise, settle
+from corexy_fmi.engine.holding import deflection_scale
 from corexy_fmi.engine.model import covariance, retuned_table, tuned_machine
-from corexy_fmi.engine.problem import deflection_scale
 from corexy_fmi.engine.prove import replay
 from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.slopes import step_lengths
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.simulate import excitation, machine_vector
@@ -52,7 +53,7 @@ def test_the_jacobian_is_that_of_central_differences(name, uses):
     if uses:
         u[len(chosen.unknowns) - 1] = 0.5
     _, jacobian = chosen.linearised(u)
-    steps = chosen._steps(u)
+    steps = step_lengths(chosen, u)
     keys = [x.key for x in chosen.unknowns]
     for column in set(range(chosen.size)) - {keys.index("friction_smoothing")}:  # begins at a kink
         exact = differences(chosen, u, column, abs(steps[column]))

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import welch
 
 from corexy_fmi.engine.evidence import MissingForce, Spectrum
-from corexy_fmi.engine.problem import holding_stiffness
+from corexy_fmi.engine.holding import holding_stiffness
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import Machine

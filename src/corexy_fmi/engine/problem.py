@@ -13,12 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
+from corexy_fmi.engine.holding import deflection_scale
 from corexy_fmi.engine.micro_step import SHORTEST, needed, own_step
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run, Samples
-from corexy_fmi.engine.scaling import agreeing, along, eased, unseen
+from corexy_fmi.engine.scaling import eased, unseen
+from corexy_fmi.engine.slopes import linearised
 from corexy_fmi.engine.unknowns import (
-    SMOOTHING,
     Hypothesis,
     Unknown,
     effect_unknowns,
@@ -31,40 +32,9 @@ from corexy_fmi.kernel.call import REST, Array, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
-from corexy_fmi.topologies import COREXY
 from corexy_fmi.topology import STAGES
 
-# Finite differences on the internal scale.  Where friction catches and lets go, the residual bends
-# within thousandths: longer ones told what the data do not, and held fits where they were.
-STEP = 1e-4  # of nominal parameters and whatever is logarithmic
-BROKEN = 1e60  # derivative from which on a run broke down
-WAVE_STEP = 1e-4  # the same of a count or frequency of waves
-SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
-EFFECT_STEP, LAW_STEP, OWN_STEP = 1e-3, 2e-3, 2e-3  # of effects, free-form laws, a run's own
-LONGEST_STEP = 0.6  # of any, stretched
-SMOOTHING_STEP = 0.02  # where sgn begins to be rounded there is no derivative
 LATE, LATEST = 1e-3, 2.0  # [s] scale and bound of a free clock's offset
-
-
-def deflection_scale(machine: Machine) -> float:
-    """Half of the deflection [m] at which stiction holds the stage against its belts."""
-    constants = STAGES[_like(machine)].constants(machine.parameters, float(machine.drive == "dc"))
-    return 0.5 * float(max(constants.coulomb[:2])) / holding_stiffness(machine) + 1e-9
-
-
-def holding_stiffness(machine: Machine) -> float:
-    """What holds an axis [N/m] against a force: the belts, eq. (15); without any, the loop."""
-    stage = STAGES[_like(machine)]
-    if stage.sections:
-        constants = stage.constants(machine.parameters, float(machine.drive == "dc"))
-        return 2 * float(constants.stiffness[0])
-    kp = machine.controller.kp if machine.controller else 1.0
-    return machine.at("motor_torque_gain") * kp / machine.parameters["pulley_radius"] ** 2
-
-
-def _like(machine: Machine) -> str:
-    """The stage that tells how stiff a machine is."""
-    return "reduced" if machine.topology == COREXY else machine.stage
 
 
 def _write_defaults(base: Array, instance: Instance) -> None:
@@ -242,7 +212,8 @@ class Problem:
             for run, models in pairs
         ]
 
-    def _whiten(self, errors: list[Array], run: int) -> Array:
+    def whiten(self, errors: list[Array], run: int) -> Array:
+        """Whitened errors (sets, samples) of a run, their channels side by side."""
         parts = []
         models = zip(self.runs[run].samples, self.noise[run], self.offsets[run], strict=True)
         for e, (samples, noise, one) in zip(errors, models, strict=True):
@@ -255,70 +226,14 @@ class Problem:
 
     def residual(self, u: Array) -> Array:
         """Whitened residuals with the priors behind them, (sets, samples + size)."""
-        parts = [self._whiten(self.errors(u, r), r) for r in range(len(self.runs))]
+        parts = [self.whiten(self.errors(u, r), r) for r in range(len(self.runs))]
         return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
 
     def linearised(
         self, u: Array, borrowed: Array | None = None, stretch: float = 1.0
     ) -> tuple[Array, Array]:
-        """Residual (samples + size,) at u (size,) and its derivative (samples + size, size).
-
-        One-sided differences, run as lanes beside u itself, ``stretch`` times their usual length.
-        Where ``borrowed`` is given, only its columns that are NaN are computed.  A column whose run
-        broke down is zero.
-        """
-        samples = sum(run.count for run in self.runs)
-        wanted = np.ones(self.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
-        slopes = np.zeros((samples + self.size, self.size), order="F")
-        slopes[samples:] = np.diag(self.prior[1])
-        if borrowed is not None:
-            slopes[:, ~wanted] = borrowed[:, ~wanted]
-        residual = np.concatenate([np.zeros(samples), (u - self.prior[0]) * self.prior[1]])
-        steps, at = self._steps(u, stretch), 0
-        move = along(self.unknowns, u, self.limits(), STEP * stretch)
-        for r, run in enumerate(self.runs):
-            here, columns = slice(at, at := at + run.count), self._columns(r, wanted)
-            sets = np.repeat(u[None], len(columns) + 2, axis=0)
-            sets[1 + np.arange(len(columns)), columns] += steps[columns]
-            sets[-1] += move
-            white = self._whiten(self.errors(sets, r), r)
-            residual[here] = white[0]
-            with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
-                change = white[1:] - white[0]
-                slopes.T[columns, here] = change[:-1] / steps[columns, None]
-                slopes[here] = agreeing(slopes[here], move, change[-1])
-        broken = ~(np.abs(slopes[:samples]).max(axis=0, initial=0.0) < BROKEN)
-        slopes[:samples, broken] = 0.0
-        return residual, slopes
-
-    def _columns(self, run: int, wanted: np.ndarray) -> np.ndarray:
-        """Indices of the wanted unknowns that move a run."""
-        first = self.first_own(run)
-        moved = [k for k, x in enumerate(self.unknowns) if x.run in (None, run)]
-        own = np.array([*moved, *range(first, first + self.own)])
-        return own[wanted[own]]
-
-    def _steps(self, u: Array, stretch: float = 1.0) -> Array:
-        """Step of each difference, turned inwards at an upper bound; a long one ends there."""
-        steps = np.full(self.size, STEP)
-        longest = max(float(np.ptp(run.excitation.time)) for run in self.runs)
-        steps[len(self.unknowns) :] = OWN_STEP
-        for k, unknown in enumerate(self.unknowns):
-            if "free_form" in unknown.key:
-                steps[k] = LAW_STEP
-            elif unknown.key == SMOOTHING:
-                steps[k] = SMOOTHING_STEP
-            elif "." in unknown.key and not unknown.log:
-                steps[k] = SHARP_STEP if self.hypothesis.shaped else EFFECT_STEP
-        steps = np.minimum(stretch * steps, LONGEST_STEP)
-        for k, unknown in enumerate(self.unknowns):
-            if unknown.wave:
-                turns = float(unknown.value(u[k])) * max(longest, 1.0)
-                steps[k] = min(WAVE_STEP, 0.02 / turns)
-        low, high = self.limits()
-        beyond, down = u + steps > high, u - low >= high - u
-        inwards = np.where(down, np.maximum(-steps, low - u), high - u)
-        return np.where(beyond & (inwards != 0), inwards, steps)
+        """Residual (samples + size,) at u (size,) and its derivative (`slopes.py`)."""
+        return linearised(self, u, borrowed, stretch)
 
     def scale_unseen(self, u: Array, jacobian: Array) -> bool:
         """Whether a Jacobian (samples + size, size) at u tells no common factor of all forces."""

@@ -11,11 +11,12 @@ from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.fit import Fit, Mapper, costs, hides, minimise, settle
 from corexy_fmi.engine.micro_step import AT_EASE
 from corexy_fmi.engine.noise import quick_noise, white
-from corexy_fmi.engine.problem import BROKEN, Problem
+from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.restart import begun, best
 from corexy_fmi.engine.rough import unstuck
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.search import stiffened
+from corexy_fmi.engine.slopes import BROKEN
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 

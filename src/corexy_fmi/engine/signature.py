@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit
-from corexy_fmi.engine.problem import BROKEN, Problem
+from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.slopes import BROKEN
 from corexy_fmi.engine.spread import Spread, combinations, combined, groups, phase_of
 from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
