@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from corexy_fmi.engine.name import Competition
+from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.verdict import SURE, decide
 
 

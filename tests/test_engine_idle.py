@@ -5,9 +5,9 @@ import pytest
 from engine_kit import fitted, machine, problem, record, short_motion, with_effects
 
 from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.entries import THRESHOLD, Entry, without_idle
 from corexy_fmi.engine.fit import Fit, costs
 from corexy_fmi.engine.idle import idle
-from corexy_fmi.engine.name import THRESHOLD, Entry, _without_idle
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import _shorts
 from corexy_fmi.machine import EffectUse
@@ -37,8 +37,8 @@ def test_a_torque_that_gains_nothing_is_idle_beside_the_soft_field():
     assert idle(cogging, THRESHOLD)
     assert not idle(soft, THRESHOLD)
     entries = [Entry(f.problem.hypothesis, f, gain) for f, gain in ((soft, 90.0), (cogging, 82.0))]
-    assert _without_idle(entries) == entries[:1]
-    assert _without_idle(entries[1:]) == entries[1:]
+    assert without_idle(entries) == entries[:1]
+    assert without_idle(entries[1:]) == entries[1:]
 
 
 def test_a_torque_that_shows_is_not_idle():
@@ -60,6 +60,6 @@ def test_effects_of_friction_get_a_short_fit_however_little_one_step_tells():
 @pytest.mark.parametrize("gain", [5.0, 500.0])
 def test_no_entries_and_single_ones_stay(gain):
     one = standing([("detent_torque", "motors")], torque=1e-6)
-    assert _without_idle([]) == []
+    assert without_idle([]) == []
     entry = Entry(one.problem.hypothesis, one, gain)
-    assert _without_idle([entry]) == [entry]
+    assert without_idle([entry]) == [entry]

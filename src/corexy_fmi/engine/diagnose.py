@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from corexy_fmi.effects import own_effects
 from corexy_fmi.engine import classes, document
 from corexy_fmi.engine.candidates import instances
+from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.evidence import Evidence
 from corexy_fmi.engine.excerpts import excerpts
 from corexy_fmi.engine.exhibit import exhibit
@@ -22,7 +23,7 @@ from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
 from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.name import Competition, compete
+from corexy_fmi.engine.name import compete
 from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
 from corexy_fmi.engine.retune import quick, retune

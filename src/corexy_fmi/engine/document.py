@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from corexy_fmi.engine import locate
+from corexy_fmi.engine.entries import THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
-from corexy_fmi.engine.name import THRESHOLD, Competition
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.screen import Lead

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine import locate
+from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.evidence import CornerSize, Evidence, Finding, Law, RunnerUp, Trace
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.model import Z95, covariance, tuned_machine
-from corexy_fmi.engine.name import Competition
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.kernel.call import Array

@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass, replace
 from itertools import permutations
 
+from corexy_fmi.engine.entries import THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.foresee import Sensing, imagined, parting
 from corexy_fmi.engine.local import is_local
-from corexy_fmi.engine.name import THRESHOLD, Competition
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine.clean import without_spikes
+from corexy_fmi.engine.entries import Competition, form_floor
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.local import is_local, last_parts
 from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.name import Competition, form_floor
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.repeats import repeating
 from corexy_fmi.engine.rest import restless

@@ -15,9 +15,9 @@ import numpy as np
 
 from corexy_fmi.effects.api import Parameter
 from corexy_fmi.engine.candidates import instances
+from corexy_fmi.engine.entries import TEMPERATURE, THRESHOLD
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.foresee import Sensing, filled, imagined
-from corexy_fmi.engine.name import TEMPERATURE, THRESHOLD
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.plan_fit import Rivalry
 from corexy_fmi.engine.plan_size import Nameable, Sized, sized, stronger

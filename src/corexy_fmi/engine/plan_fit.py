@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from corexy_fmi.engine.entries import THRESHOLD
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.foresee import filled
 from corexy_fmi.engine.idle import idle
-from corexy_fmi.engine.name import THRESHOLD
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.signature import row_of

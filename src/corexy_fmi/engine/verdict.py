@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from corexy_fmi.engine.name import THRESHOLD, Competition, Entry
+from corexy_fmi.engine.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.specification import Leftover
 

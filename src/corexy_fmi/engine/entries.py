@@ -1,0 +1,95 @@
+"""The entries of a competition: fitted hypotheses, what they gain, how probable they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.idle import idle
+from corexy_fmi.engine.search import CLOSE, penalty, samples_of
+from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
+
+THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
+TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
+FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
+FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A fitted hypothesis and what it gains [nats] over the retuned machine, penalty paid."""
+
+    hypothesis: Hypothesis
+    fit: Fit
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Competition:
+    """The retuned machine, all entries best first, and their probabilities."""
+
+    retuned: Fit
+    entries: tuple[Entry, ...]
+    probability: tuple[float, ...]
+    nothing: float
+
+    @property
+    def best(self) -> Entry | None:
+        """The winner, or None where nothing pays."""
+        first = self.entries[0] if self.entries else None
+        return first if first and first.gain > THRESHOLD + form_floor(first.fit) else None
+
+    def share(self, member: tuple[str, str]) -> float:
+        """Probability that an (effect, location) is among what is missing."""
+        pairs = zip(self.entries, self.probability, strict=True)
+        total = float(sum(p for e, p in pairs if member in e.hypothesis.key))
+        return min(total, 1.0)  # a sum of shares may round to more
+
+
+def form_floor(fit: Fit) -> float:
+    """Nats that the wrong shape of smooth friction may fake.
+
+    Nobody knows how sgn is rounded, in a simulator or a machine; the nuisance has one shape.  Where
+    it is at work, what it gains (half the square of its standard score) bounds what it leaves.
+    """
+    keys = [x.key for x in fit.problem.unknowns]
+    if SMOOTHING not in keys or not np.isfinite(fit.cost):
+        return 0.0
+    k = keys.index(SMOOTHING)
+    normal = fit.jacobian.T @ fit.jacobian
+    scale = 1 / np.sqrt(np.diag(normal) + 1e-300)
+    spread = np.linalg.pinv(normal * scale[:, None] * scale)[k, k] * scale[k] ** 2
+    size = fit.problem.unknowns[k].value(fit.u[k]) / fit.problem.unknowns[k].scale
+    return float(FORM * 0.5 * size**2 / max(spread, 1e-300))
+
+
+def entry_of(base: Fit, fit: Fit) -> Entry:
+    gain = base.cost - fit.cost - penalty(fit.problem, samples_of(fit))
+    return Entry(fit.problem.hypothesis, fit, gain)
+
+
+def probabilities(gains: list[float]) -> tuple[list[float], float]:
+    """Tempered probabilities of the entries and of nothing."""
+    all_gains = np.array([*gains, 0.0]) / TEMPERATURE
+    weights = np.exp(all_gains - all_gains.max())
+    weights /= weights.sum()
+    return [float(w) for w in weights[:-1]], float(weights[-1])
+
+
+def catalogue_first(entries: list[Entry]) -> list[Entry]:
+    """A free-form law that gains little more than the best catalogued set steps behind it."""
+    named = next((e for e in entries if e.hypothesis.uses and e.gain > THRESHOLD), None)
+    if named is None:
+        return entries
+    laws = [e for e in entries if e.hypothesis.law and e.gain < FAMILY * named.gain + THRESHOLD]
+    return [e for e in entries if e not in laws] + laws
+
+
+def without_idle(entries: list[Entry]) -> list[Entry]:
+    """The entries without those near the first that gain what they gain without their size."""
+    least = max(entries[0].gain - CLOSE, 0.0) if entries else 0.0
+    near = [e for e in entries if e.hypothesis.uses and e.gain > least]
+    spare = [e for e in near if idle(e.fit, THRESHOLD)] if len(near) > 1 else []
+    return [e for e in entries if e not in spare] if len(spare) < len(near) else entries
