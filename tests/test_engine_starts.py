@@ -26,7 +26,7 @@ from corexy_fmi.engine.prove import follow_up
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import STIFFER, starts, stiffer
-from corexy_fmi.engine.spread import combinations, groups, spread
+from corexy_fmi.engine.spread import Spread, combinations, groups, spread
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
@@ -100,6 +100,15 @@ def test_places_and_times_are_those_of_the_recordings():
     assert 0 < offered.time[0] < offered.time[-1] < 1.5
     instance = bundled_layout().find("friction_vs_position", "y")
     assert {row["center"] for row in combinations(instance, offered)} == set(offered.y)
+
+
+def test_what_a_drive_does_not_fit_begins_at_its_default():
+    """A stepper's detents are 200 a turn, wherever a dc motor's begin."""
+    detent = bundled_layout().find("detent_torque", "motors")
+    order = next(p for p in detent.effect.parameters if p.name == "order")
+    for drive, orders in (("stepper", {200.0}), ("dc", set(order.starts))):
+        rows = combinations(detent, Spread((), (), (), (), drive))
+        assert {row["order"] for row in rows} == orders
 
 
 def test_a_wave_begins_near_the_phase_of_each_recording():

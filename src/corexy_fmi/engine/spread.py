@@ -33,9 +33,9 @@ class Spread:
     threshold: tuple[float, ...] = ()
 
     def starts(self, instance: Instance, parameter: Parameter) -> tuple[float, ...]:
-        """Values of a parameter to begin from."""
+        """Values of a parameter to begin from; one that is not fitted stays at its default."""
         if self.drive not in parameter.drives or parameter.shape:
-            return parameter.starts[:1]  # it is not fitted
+            return (parameter.starts[0] if parameter.default is None else parameter.default,)
         if not parameter.over:
             return parameter.starts
         name = instance.location if parameter.over == "position" else parameter.over
