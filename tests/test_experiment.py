@@ -9,6 +9,7 @@ import pytest
 from engine_kit import (
     CASES,
     NOISE,
+    fitted,
     machine,
     named,
     other_motion,
@@ -21,8 +22,11 @@ from engine_kit import (
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.experiment import rivals
+from corexy_fmi.engine.experiment import falls_out, rivals
+from corexy_fmi.engine.foresee import Sensing, imagined
+from corexy_fmi.engine.noise import Noise
 from corexy_fmi.errors import InputError
+from corexy_fmi.machine import EffectUse
 from corexy_fmi.motion import check_stage, command
 from corexy_fmi.programs import LONGEST, Limits, named_command, programs, recorded_limits
 from corexy_fmi.simulate import simulate
@@ -111,3 +115,14 @@ def test_what_belongs_to_one_recording_is_no_rival():
     verdict = SimpleNamespace(classes=(keys,), entry=entries[0])
     found = rivals(verdict, SimpleNamespace(entries=entries))
     assert [f.problem for f in found] == [other]
+
+
+@pytest.mark.parametrize("torque", [2.0, 2e-3])
+def test_a_program_that_a_weak_motor_cannot_follow_is_told(torque):
+    """The belts ask more than 2 mN m of a rotor on the strokes: such a field lets it go."""
+    weak = EffectUse("stepper_compliance", "motors", {"holding_torque": torque, "damping": 1e-3})
+    given = with_effects(machine(), weak)
+    fit = fitted(problem(record(machine(), short_motion()), given), 0)
+    sensing = Sensing({c: Noise(np.zeros(0), NOISE, NOISE) for c in ("x", "y")})
+    order = named_command("a", programs(LIMITS)["strokes"], given)
+    assert falls_out(fit, imagined(order, given, sensing), sensing) == (torque < 1)

@@ -8,10 +8,14 @@ import math
 from dataclasses import dataclass, replace
 from itertools import permutations
 
+import numpy as np
+
+from corexy_fmi.effects.api import ROTOR_TEETH, STEPPER
 from corexy_fmi.engine.entries import THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit, Mapper
-from corexy_fmi.engine.foresee import Sensing, imagined, parting
+from corexy_fmi.engine.foresee import Sensing, imagined, onto, parting, placed
 from corexy_fmi.engine.local import is_local
+from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
@@ -22,6 +26,7 @@ FILE = "next_experiment.csv"
 RIVALS = 4
 SETTLES = 30.0  # [1] E_sep: 15 +- 5.5 nats for the true one, 2.9 TEMPERATURE + 5.5 are needed
 MOST = 20  # repeats
+HALF_CYCLE = np.pi / ROTOR_TEETH  # [rad] behind its field, where a rotor is let go
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +57,8 @@ def next_experiment(
 ) -> Experiment | None:
     """The program that separates an ambiguous verdict's rivals best; None for other verdicts.
 
-    It goes no farther, no faster and no harder than the recordings did.
+    It goes no farther, no faster and no harder than the recordings did, and is none on which a
+    rival's rotor would fall out of step: what follows tells of lost steps, not of what was missing.
     """
     if verdict.word != "ambiguous":
         return None
@@ -72,13 +78,27 @@ def next_experiment(
 
     def least(order: Recording) -> float:
         run = imagined(order, _with_loop(machine, recordings), sensing)
+        if any(falls_out(fit, run, sensing) for fit in fits):
+            return 0.0
         return min(parting(a, b, run, sensing) for a, b in permutations(fits, 2))
 
     found = list(mapper(least, orders))
     best = max(range(len(found)), key=lambda n: found[n])
+    if not found[best]:
+        return None
     times = math.ceil(SETTLES / max(found[best], 1e-9))
     why = _why(names[best], fits, found[best], times)
     return Experiment(orders[best], why, times if times <= MOST else None)
+
+
+def falls_out(fit: Fit, run: Run, sensing: Sensing) -> bool:
+    """Whether a stepper's rotor, by a fit, leaves the field that turns it on an imagined run."""
+    problem = onto(fit, run, sensing)
+    if problem.machine.drive != STEPPER:
+        return False
+    turned = problem.simulate(placed(fit, problem)[None], 0, ("phi1", "phi2"))[0]
+    asked = np.array([run.excitation.input1, run.excitation.input2])
+    return not bool(np.abs(turned - asked).max() < HALF_CYCLE)
 
 
 def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:

@@ -19,7 +19,7 @@ from corexy_fmi.engine.entries import TEMPERATURE, THRESHOLD
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.foresee import Sensing, filled, imagined
 from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.plan_fit import Rivalry
+from corexy_fmi.engine.plan_fit import Rivalry, cost_of
 from corexy_fmi.engine.plan_size import Nameable, Sized, sized, stronger
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import changes, row_of
@@ -178,19 +178,20 @@ def _fitted(base: Fit, one: Sized, rivals: tuple[Instance, ...]) -> Sized:
 
 def visible(base: Fit, instance: Instance, shown: float, left: float) -> float:
     """What an effect shows over what naming it takes, as amplitudes: E and E_sep over theirs."""
-    drive = base.problem.machine.drive
-    count = sum(drive in p.drives and not p.initial for p in instance.effect.parameters)
-    needed = 2 * THRESHOLD + count * float(np.log(base.problem.runs[0].count))
-    return float(np.sqrt(min(shown / needed, left / SETTLED)))
+    needed = 2 * THRESHOLD + cost_of(base.problem, instance)
+    return float(np.sqrt(max(min(shown / needed, left / SETTLED), 0.0)))
 
 
 def _nearest(stage: _Stage, instance: Instance, change: Array) -> tuple[list[Instance], float]:
-    """The rivals that come nearest to a change, and what the first leaves of it (E_sep)."""
+    """The rivals that come nearest to a change, and what the first leaves of it: E_sep less what
+    the effect's parameters cost beyond the rival's.
+    """
     near = {
         other: max((float(np.sum((change @ s) ** 2)) for s in subspaces), default=0.0)
         for other, subspaces in stage.rivals.items()
         if other != instance
     }
-    power = float(change @ change)
-    order = sorted((i for i in near if near[i] > LIKE * power), key=lambda i: -near[i])
-    return order, max(power - max(near.values(), default=0.0), 0.0)
+    problem, power = stage.base.problem, float(change @ change)
+    own = cost_of(problem, instance)
+    left = {i: power - near[i] + cost_of(problem, i) - own for i in near if near[i] > LIKE * power}
+    return sorted(left, key=lambda i: left[i]), min([power, *left.values()])

@@ -37,7 +37,8 @@ class Rivalry:
     ends: dict[tuple[Instance, ...], Array] = field(default_factory=dict)
 
     def distances(self, values: dict[str, float]) -> tuple[float, float, list[Instance]]:
-        """E of the effect at these values, E_sep, and the rivals, nearest first.
+        """E of the effect at these values; E_sep less what its parameters cost beyond a rival's;
+        the rivals, nearest first.
 
         Without rivals E_sep is E.  One that does as well without its size (`idle.py`) is none.
         """
@@ -45,7 +46,12 @@ class Rivalry:
         retuned = self._on(problem, self.ends.get((), self.base.u))
         found = [self._rival(retuned, i) for i in self.rivals]
         fits = [fit for fit in found if not idle(fit, THRESHOLD)]
-        left = {fit.problem.hypothesis.uses[0]: _distance(fit) for fit in fits}
+        own = cost_of(problem, self.instance)
+        left = {
+            i: _distance(fit) + cost_of(problem, i) - own
+            for fit in fits
+            for i in fit.problem.hypothesis.uses
+        }
         shown = _distance(retuned)
         return shown, min([shown, *left.values()]), sorted(left, key=lambda i: left[i])
 
@@ -74,6 +80,13 @@ def _begun(retuned: Fit, rival: Instance) -> Array:
     near = lead.borrowed()
     begun = [minimise(lead.problem, u, 1, borrowed=near) for u in lead.starts]
     return min(begun, key=lambda fit: fit.cost).u
+
+
+def cost_of(problem: Problem, instance: Instance) -> float:
+    """What the parameters of an effect cost (BIC), as a squared distance [1]."""
+    drive, parameters = problem.machine.drive, instance.effect.parameters
+    count = sum(drive in p.drives and not (p.initial or p.shape) for p in parameters)
+    return count * float(np.log(problem.runs[0].count))
 
 
 def _distance(fit: Fit) -> float:
