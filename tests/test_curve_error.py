@@ -9,17 +9,25 @@ from benchmarks.concealed.curve import curve_error
 
 TIME = 1e-3 * np.arange(4000)
 PLACE = 0.05 * np.sin(2 * np.pi * 0.7 * TIME)
+SPEED = np.gradient(PLACE, TIME)
 FORCE = np.cos(2 * np.pi * PLACE / 0.03)
 KNOTS = np.linspace(-0.05, 0.05, 201)
 
 
-def case(missing: list[int]) -> SimpleNamespace:
+SLIDES = np.ones((len(TIME), 2), dtype=bool)
+
+
+def case(missing: list[int], force: np.ndarray = FORCE, zero: bool = True) -> SimpleNamespace:
     rows = [f"{t!r},0.0,0.0" for n, t in enumerate(TIME.tolist()) if n not in missing]
-    text = "# zero: x, y\n" + "\n".join(["time,phi1,phi2", *rows])
+    text = "# zero: x, y\n" * zero + "\n".join(["time,phi1,phi2", *rows])
     return SimpleNamespace(
         train={"train1.csv": text},
         train_clean={"train1.csv": {"x": PLACE, "y": PLACE}},
-        planted_force={"force": [np.column_stack([FORCE, 0 * FORCE])]},
+        planted_force={
+            "force": [np.column_stack([force, 0 * force])],
+            "speed": [np.column_stack([SPEED, SPEED])],
+            "slides": [SLIDES],
+        },
     )
 
 
@@ -29,3 +37,11 @@ def test_the_error_is_the_share_that_the_law_leaves(missing, factor, error):
     law = {"name": "free_form", "location": "x", "argument": "x", "knots": KNOTS}
     document = {"effects": [law | {"values": factor * np.cos(2 * np.pi * KNOTS / 0.03)}]}
     assert curve_error(case(missing), document) == pytest.approx(error, abs=2e-3)
+
+
+@pytest.mark.parametrize(("zero", "error"), [(True, 0.1), (False, None)])
+def test_a_constant_force_is_a_curve_where_a_zero_is_known(zero, error):
+    law = {"name": "free_form", "location": "x", "argument": "x", "knots": KNOTS}
+    document = {"effects": [law | {"values": np.full(len(KNOTS), 0.9)}]}
+    found = curve_error(case([], np.ones(len(TIME)), zero), document)
+    assert found == pytest.approx(error) if zero else found is None

@@ -46,21 +46,26 @@ def extra_friction(w, plain, forces, extra, vs, modes):
 
 
 def along(w, plain, run):
-    """Added force at each row of a run, columns x and y."""
+    """Added force, speed, and whether it slides the same way all about a row, columns x and y."""
     qs, vs, modes, _ = trajectory(w, run)
     w = per_recording(w, run)
     forces, extra = stage_forces(w.copy(), qs, vs)
     added = forces - stage_forces(plain.copy(), qs, vs)[0]
     if w[KIND] >= 7.0:
         added[:, int(w[KIND]) - 7] += w[SIZE] * run.gusts[:, int(w[KIND]) - 7]
-    return added + extra_friction(w.copy(), plain, forces, extra, vs, modes)
+    added += extra_friction(w.copy(), plain, forces, extra, vs, modes)
+    mode = np.pad(modes[:, :2], ((1, 1), (0, 0)), "edge")
+    slides = (mode[1:-1] != 0.0) & (mode[1:-1] == mode[:-2]) & (mode[1:-1] == mode[2:])
+    return added, vs[:, :2], slides
 
 
 def planted_force(world, planted):
-    """Per training run: time [s] and added force [N] on x, y; None where none acts there."""
+    """Per training run: time [s], added force [N] on x, y, speed [m/s] and where it slides; None
+    where no force acts there."""
     if not planted or not all(one.effect.on_stage for one in planted):
         return None
     w = true_machine(world, planted)
     plain = pack(world.values, world.drive)
-    forces = [along(w, plain, run) for run in world.runs[:2]]
-    return {"time": [np.arange(len(f)) * STEP for f in forces], "force": forces}
+    forces, speeds, slides = zip(*(along(w, plain, run) for run in world.runs[:2]), strict=True)
+    time = [np.arange(len(f)) * STEP for f in forces]
+    return {"time": time, "force": forces, "speed": speeds, "slides": slides}
