@@ -9,6 +9,7 @@ import numpy as np
 from corexy_fmi.engine.candidates import finer
 from corexy_fmi.engine.entries import Entry, entry_of
 from corexy_fmi.engine.fit import Fit, Mapper, fine, minimise, settle
+from corexy_fmi.engine.free_form import PARITIES, halved
 from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.rough import softened, unstuck
 from corexy_fmi.engine.search import CLOSE, rank
@@ -38,6 +39,21 @@ def refined(fit: Fit) -> Fit:
     start = np.concatenate([fit.u[:first], values, fit.u[last:]])
     again = settle(minimise(problem, start, 8))
     return again if rank(again) < rank(fit) else fit
+
+
+def by_parity(fit: Fit) -> Fit:
+    """A law over a speed as an odd or an even one, where its other half does not pay: what resists
+    is odd, and half as many values are known better.  Any other fit as it is.
+    """
+    law = fit.problem.hypothesis.law
+    if law is None or not np.allclose(law.knots, -np.array(law.knots[::-1])):
+        return fit
+    found = [fit]
+    for parity in PARITIES:
+        hypothesis, start = halved(fit, parity)
+        problem = replace(fit.problem, hypothesis=hypothesis)
+        found.append(minimise(problem, start, AGAIN))
+    return min(found, key=rank)
 
 
 def polished(one: Fit, two: Fit) -> Fit:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.unknowns import Hypothesis, LawShape
+from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine

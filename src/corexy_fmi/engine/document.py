@@ -8,11 +8,13 @@ from typing import Any
 from corexy_fmi.engine import locate
 from corexy_fmi.engine.entries import THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.free_form import law_values
 from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.screen import Lead
 from corexy_fmi.engine.verdict import Verdict, excess_removed
+from corexy_fmi.engine.words import in_words
 from corexy_fmi.kernel.layout import Instance
 from corexy_fmi.machine import Machine
 from corexy_fmi.topology import STAGES
@@ -68,20 +70,6 @@ def _effect(
     }
 
 
-def _in_words(fit: Fit, competition: Competition, verdict: Verdict) -> str:
-    law = fit.problem.hypothesis.law
-    if law is None:
-        return f"no catalogued effect and no law explains the mismatch: {verdict.reason}"
-    values = [fit.value(x.key) for x in fit.problem.unknowns if x.key.startswith("free_form")]
-    near = [e.hypothesis.label for e in competition.entries if e.hypothesis.uses][:3]
-    size = (max(values) - min(values)) / 2
-    unit = "N m" if law.location.startswith("motor") else "N"
-    return (
-        f"a force on {law.location} that depends on {law.argument}, +-{size:.3g} {unit} over the "
-        f"range seen; the nearest catalogued causes explain less: {'; '.join(near) or 'none'}"
-    )
-
-
 def _whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
     """Coordinate and state of the mismatch: what a winner left over points at, or those of the
     verdict's entry, or of the one that was refuted; else the coordinate whose channel shows most.
@@ -113,10 +101,10 @@ def _free_form(
         "citation": "",
         "remedy": "",
         "check": "",
-        "description": _in_words(fit, competition, verdict),
+        "description": in_words(fit, competition, verdict, proof),
     }
     if law:
-        values = [fit.value(x.key) for x in fit.problem.unknowns if x.key.startswith("free_form")]
+        values = law_values(fit).tolist()
         entry |= {"argument": law.argument, "knots": list(law.knots), "values": values}
     return entry
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.free_form import LawShape, law_offset, write_law
 from corexy_fmi.engine.noise import estimate
-from corexy_fmi.engine.unknowns import LawShape, law_offset, write_law
 from corexy_fmi.kernel.call import LANES, Array, run_lanes
 from corexy_fmi.kernel.layout import KNOTS, Layout
 

@@ -11,6 +11,7 @@ from corexy_fmi.engine import locate
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.evidence import CornerSize, Evidence, Finding, Law, RunnerUp, Trace
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.free_form import law_errors, law_values
 from corexy_fmi.engine.model import Z95, covariance, tuned_machine
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.verdict import Verdict
@@ -69,20 +70,17 @@ def _law(fit: Fit) -> tuple[Law, ...]:
     law = fit.problem.hypothesis.law
     if law is None:
         return ()
-    own = [k for k, x in enumerate(fit.problem.unknowns) if x.key.startswith("free_form")]
-    values = np.array([float(fit.problem.unknowns[k].value(fit.u[k])) for k in own])
-    std = np.sqrt(np.maximum(np.diag(covariance(fit))[own], 0)) * law.scale * Z95
-    unit = "N m" if law.location.startswith("motor") else "N"
+    values, spread = law_values(fit), Z95 * law_errors(fit, covariance(fit))
     return (
         Law(
             law.location,
             law.argument,
             ARGUMENT_UNIT[law.argument],
-            unit,
+            law.unit,
             np.array(law.knots),
             values,
-            values - std,
-            values + std,
+            values - spread,
+            values + spread,
             "free_form",
         ),
     )

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.free_form import law_values
 from corexy_fmi.engine.screen import Lead
 from corexy_fmi.engine.unknowns import SMOOTHING, Unknown
 from corexy_fmi.kernel.call import Array
@@ -48,15 +49,15 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
     """
     problem = fit.problem
     machine = problem.machine
-    parameters, values = dict(machine.parameters), []
+    parameters = dict(machine.parameters)
     uses: dict[tuple[str, str], dict[str, float]] = {}
     for k, unknown in enumerate(problem.unknowns):
         if unknown.run not in (None, run):
             continue
         value = _wrapped(unknown, float(unknown.value(fit.u[k])))
         if unknown.key.startswith("free_form"):
-            values.append(value)
-        elif "." in unknown.key:
+            continue
+        if "." in unknown.key:
             effect, location, parameter = unknown.key.partition("@")[0].split(".")
             uses.setdefault((effect, location), {})[parameter] = value
         else:
@@ -66,7 +67,8 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
         uses.setdefault((i.effect.name, i.location), {}).update(starts)
     effects = tuple(EffectUse(n, loc, p) for (n, loc), p in uses.items())
     law = problem.hypothesis.law
-    forms = (FreeForm(law.location, law.argument, law.knots, tuple(values)),) if law else ()
+    values = tuple(law_values(fit).tolist()) if law else ()
+    forms = (FreeForm(law.location, law.argument, law.knots, values),) if law else ()
     return replace(
         machine,
         name=name,

@@ -7,8 +7,9 @@ the leaders are fitted again from beside their ends.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from corexy_fmi.engine.again import leaders, matched, polished, refined, repolish
+from corexy_fmi.engine.again import by_parity, leaders, matched, polished, refined, repolish
 from corexy_fmi.engine.candidates import hypotheses
 from corexy_fmi.engine.entries import (
     THRESHOLD,
@@ -23,6 +24,7 @@ from corexy_fmi.engine.entries import (
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
+from corexy_fmi.engine.rough import softened
 from corexy_fmi.engine.search import FINALISTS, rank, search
 from corexy_fmi.engine.unknowns import Hypothesis
 
@@ -67,6 +69,16 @@ def _pays(one: Fit, two: Fit, base: Fit) -> bool:
     return gain > max(THRESHOLD + form_floor(two), SECOND_SHARE * (base.cost - one.cost))
 
 
+def _told_by_parity(entries: list[Entry]) -> list[Entry]:
+    """The entries with a law that won as half of it, where that suffices; what it gains, by which
+    it won, stays as it was.
+    """
+    if not entries or not entries[0].hypothesis.law:
+        return entries
+    fit = softened(by_parity(entries[0].fit))
+    return [replace(entries[0], hypothesis=fit.problem.hypothesis, fit=fit), *entries[1:]]
+
+
 def compete(
     base: Fit,
     mapper: Mapper,
@@ -91,7 +103,7 @@ def compete(
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
     base, entries = matched(base, leaders(base, entries, mapper))
-    entries = catalogue_first(without_idle(entries))
+    entries = _told_by_parity(catalogue_first(without_idle(entries)))
     live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
     chances, nothing = probabilities([e.gain for e in live])
     lookup = dict(zip(map(id, live), chances, strict=True))

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from corexy_fmi.engine.free_form import law_unknowns, write_law
 from corexy_fmi.engine.holding import deflection_scale
 from corexy_fmi.engine.micro_step import SHORTEST, needed, own_step
 from corexy_fmi.engine.noise import Noise
@@ -24,9 +25,7 @@ from corexy_fmi.engine.unknowns import (
     Unknown,
     effect_unknowns,
     frees_rotor,
-    law_unknowns,
     nominal_unknowns,
-    write_law,
 )
 from corexy_fmi.kernel.call import REST, Array, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
@@ -159,7 +158,9 @@ class Problem:
         result = np.repeat(self.base[None], len(u), axis=0)
         for k, unknown in enumerate(self.unknowns):
             if unknown.run in (None, run):
-                result[:, unknown.index] = unknown.value(u[:, k])
+                result[:, unknown.index] = value = unknown.value(u[:, k])
+                if unknown.mirror:
+                    result[:, unknown.mirror[0]] = unknown.mirror[1] * value
         first = self.first_own(run + 1) - len(self.begins)
         for k, index in enumerate(self.begins.values(), first):
             result[:, index] = np.clip(self.base[index] + u[:, k], -1.0, 1.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,15 +13,13 @@ from corexy_fmi.effects.api import Effect
 from corexy_fmi.effects.api import Parameter as EffectParameter
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import (
-    FREE_FORM_ARGUMENTS,
-    FREE_FORM_LOCATIONS,
-    FREE_FORM_SIZE,
-    KNOTS,
     Instance,
-    Layout,
 )
 from corexy_fmi.machine import Machine
 from corexy_fmi.parameters import PLACES
+
+if TYPE_CHECKING:
+    from corexy_fmi.engine.free_form import LawShape
 
 STIFFNESS = (
     "belt_axial_stiffness"  # lags are sums of friction over stiffness: it alone is logarithmic
@@ -51,6 +50,7 @@ class Unknown:
     run: int | None = None  # the one run that it belongs to; None: all
     force: bool = False  # a mass, force or stiffness: its unit holds newtons or kilograms
     held: float = 0.0  # what acts as it does, is not fitted, and grows with the unit of force, too
+    mirror: tuple[int, float] | None = None  # another index, and what its value is of this one's
 
     def value(self, u: Array | float) -> Array:
         """Physical value at u."""
@@ -72,16 +72,6 @@ class Unknown:
         if not self.log:
             return (low - self.centre) / self.scale, (high - self.centre) / self.scale
         return (math.log(low / self.centre) if low > 0 else -40.0), math.log(high / self.centre)
-
-
-@dataclass(frozen=True)
-class LawShape:
-    """A free-form law to be fitted: where it acts, on what it depends, and its knots."""
-
-    location: str
-    argument: str
-    knots: tuple[float, ...]
-    scale: float  # [N] or [N m]: the size that its values are expected to have
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,37 +170,6 @@ def effect_unknowns(
             each = [replace(one, key=f"{one.key}@{name}", run=r) for r, name in enumerate(runs)]
             found += each if p.local else [one]
     return found
-
-
-def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
-    """The values of a free-form law at its knots, with a wide prior that keeps them finite."""
-    first = law_offset(layout, law) + 2 + KNOTS
-    limit = (-1e4 * law.scale, 1e4 * law.scale)
-    return [
-        Unknown(
-            f"free_form.{law.location}.values[{i}]",
-            first + i,
-            0.0,
-            law.scale,
-            False,
-            limit,
-            30.0,
-            force=True,
-        )
-        for i in range(len(law.knots))
-    ]
-
-
-def law_offset(layout: Layout, law: LawShape) -> int:
-    """Where a law begins in the kernel's vector."""
-    return layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
-
-
-def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
-    """Write a law's argument and knots into a parameter vector, its values at zero."""
-    first = law_offset(layout, law)
-    vector[first : first + 2] = FREE_FORM_ARGUMENTS.index(law.argument), len(law.knots)
-    vector[first + 2 : first + 2 + len(law.knots)] = law.knots
 
 
 def frees_rotor(effects: list[Effect]) -> bool:
