@@ -1,10 +1,9 @@
-"""The next experiment: of some short programs the one on which rivals part most (T-optimal design,
+"""The next experiment: of some short programs the one that parts rivals soonest (T-optimal design,
 Atkinson and Fedorov, Biometrika 1975, doi:10.1093/biomet/62.1.57).
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from itertools import permutations
 
@@ -13,9 +12,9 @@ import numpy as np
 from corexy_fmi.effects.api import ROTOR_TEETH, STEPPER
 from corexy_fmi.engine.entries import THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit, Mapper
-from corexy_fmi.engine.foresee import Sensing, imagined, onto, parting, placed
+from corexy_fmi.engine.foresee import Parted, Sensing, imagined, onto, parting, placed
 from corexy_fmi.engine.local import is_local
-from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.samples import LONG, Run
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
@@ -76,19 +75,37 @@ def next_experiment(
     orders = [named_command(FILE, motion, machine) for motion in motions]
     sensing = Sensing.like(competition.retuned)
 
-    def least(order: Recording) -> float:
+    def apart(order: Recording) -> list[Parted]:
         run = imagined(order, _with_loop(machine, recordings), sensing)
         if any(falls_out(fit, run, sensing) for fit in fits):
-            return 0.0
-        return min(parting(a, b, run, sensing) for a, b in permutations(fits, 2))
+            return []
+        return [parting(a, b, run, sensing) for a, b in permutations(fits, 2)]
 
-    found = list(mapper(least, orders))
-    best = max(range(len(found)), key=lambda n: found[n])
-    if not found[best]:
+    parted = list(mapper(apart, orders))
+    most = _most(competition.retuned, orders[0])
+    found = [_enough(pairs, most) for pairs in parted]
+    best = max(range(len(found)), key=lambda n: (-found[n][0], found[n][1]))
+    if not parted[best] or most < 1:
         return None
-    times = math.ceil(SETTLES / max(found[best], 1e-9))
-    why = _why(names[best], fits, found[best], times)
-    return Experiment(orders[best], why, times if times <= MOST else None)
+    times, told = found[best]
+    why = _why(names[best], fits, told, times, most)
+    return Experiment(orders[best], why, times if times <= most else None)
+
+
+def _most(fit: Fit, order: Recording) -> int:
+    """Repeats that are still fitted whole, beside what was recorded."""
+    rows = sum(len(run.excitation.time) for run in fit.problem.runs)
+    return min(MOST, (LONG - rows) // len(order.time))
+
+
+def _enough(pairs: list[Parted], most: int) -> tuple[int, float]:
+    """How often a program must run to settle, and the least E_sep then; else of the most."""
+    least = 0.0
+    for times in range(1, most + 1 if pairs else 1):
+        least = min(pair.distance(times) for pair in pairs)
+        if least >= SETTLES:
+            return times, least
+    return most + 1, least
 
 
 def falls_out(fit: Fit, run: Run, sensing: Sensing) -> bool:
@@ -106,11 +123,14 @@ def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:
     return replace(machine, controller=controller(recordings[0]) or machine.controller)
 
 
-def _why(name: str, fits: list[Fit], parted: float, times: int) -> str:
+def _why(name: str, fits: list[Fit], parted: float, times: int, most: int) -> str:
     labels = [f.problem.hypothesis.label if f.problem.hypothesis.uses else "retuned parameters"
               for f in fits]  # fmt: skip
     told = f"{', '.join(labels[:-1])} and {labels[-1]}"
-    if times > MOST:
-        return f"even the {name} hardly part {told}: {parted:.1f} noise units squared at least"
+    if times > most:
+        return (
+            f"even {most} runs of the {name} hardly part {told}: "
+            f"{parted:.1f} noise units squared at least"
+        )
     repeat = "once is enough" if times == 1 else f"run it {times} times"
     return f"the {name} part {told} by {parted:.0f} noise units squared at least; {repeat}"
