@@ -1,10 +1,11 @@
 """What an unexplained mismatch is told to look like: its parity, its period."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from engine_kit import fitted, machine, problem, record, rich_motion, with_effects
+from engine_kit import fitted, machine, problem, record, rich_motion
 
 from corexy_fmi.engine.again import by_parity
 from corexy_fmi.engine.free_form import LawShape, law_errors, law_values
@@ -25,11 +26,9 @@ TRUTH = {
 @pytest.mark.parametrize("parity", TRUTH)
 def test_a_law_is_told_to_be_odd_or_even_where_its_other_half_does_not_pay(parity):
     form = FreeForm("x", "vx", KNOTS, tuple(TRUTH[parity].tolist()))
-    truth = with_effects(machine())
-    run = record(truth.__class__(**{**vars(truth), "free_forms": (form,)}), rich_motion(), seed=1)
-    plain = problem(run, machine())
+    run = record(replace(machine(), free_forms=(form,)), rich_motion(), seed=1)
     law = Hypothesis(law=LawShape("x", "vx", KNOTS, 0.1))
-    whole = fitted(plain.__class__(plain.layout, plain.machine, plain.runs, plain.noise, law))
+    whole = fitted(replace(problem(run, machine()), hypothesis=law))
     found = by_parity(whole)
     assert found.problem.hypothesis.law.parity == parity
     # a law's straight part and its jump at zero are also nominal friction's

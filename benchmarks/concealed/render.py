@@ -108,7 +108,8 @@ def levels(entries: list[Entry]) -> list[str]:
         ("", "the same: `unexplained`", rate(said["unexplained"], len(struck))),
         (
             "",
-            "the same: rms of free-form law minus planted force over that of the force (aim 0.2)",
+            "the same: rms of free-form law minus planted force over that of the force (aim 0.2), "
+            "by a measure that is mended since (docs/dev/PLAN.md)",
             f"{near} of {len(curves)} within 0.2: {off}",
         ),
         (

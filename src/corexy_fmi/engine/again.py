@@ -9,7 +9,7 @@ import numpy as np
 from corexy_fmi.engine.candidates import finer
 from corexy_fmi.engine.entries import Entry, entry_of
 from corexy_fmi.engine.fit import Fit, Mapper, fine, minimise, settle
-from corexy_fmi.engine.free_form import PARITIES, halved
+from corexy_fmi.engine.free_form import PARITIES, halved, law_places
 from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.rough import softened, unstuck
 from corexy_fmi.engine.search import CLOSE, rank
@@ -29,10 +29,10 @@ def repolish(base: Fit, winner: Fit) -> Fit:
 
 def refined(fit: Fit) -> Fit:
     """A free-form law with twice the knots, where they pay; any other fit as it is."""
-    law, own = fit.problem.hypothesis.law, fit.problem.unknowns
+    law = fit.problem.hypothesis.law
     if law is None:
         return fit
-    first = sum(not x.key.startswith("free_form") for x in own)
+    first = law_places(fit.problem.unknowns)[0]
     last = first + len(law.knots)
     problem = replace(fit.problem, hypothesis=Hypothesis(law=finer(law)))
     values = np.interp(finer(law).knots, law.knots, fit.u[first:last])
@@ -42,8 +42,8 @@ def refined(fit: Fit) -> Fit:
 
 
 def by_parity(fit: Fit) -> Fit:
-    """A law over a speed as an odd or an even one, where its other half does not pay: what resists
-    is odd, and half as many values are known better.  Any other fit as it is.
+    """A law whose knots lie alike on both sides of zero, as over a speed, as an odd or an even one,
+    where its other half does not pay: half as many values are known better.  Any other as it is.
     """
     law = fit.problem.hypothesis.law
     if law is None or not np.allclose(law.knots, -np.array(law.knots[::-1])):

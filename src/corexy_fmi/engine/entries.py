@@ -66,6 +66,7 @@ def form_floor(fit: Fit) -> float:
 
 
 def entry_of(base: Fit, fit: Fit) -> Entry:
+    """A fit with what it gains [nats] over the retuned machine ``base``."""
     gain = base.cost - fit.cost - penalty(fit.problem, samples_of(fit))
     return Entry(fit.problem.hypothesis, fit, gain)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -64,6 +65,11 @@ def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
     return found
 
 
+def law_places(unknowns: Sequence[Unknown]) -> list[int]:
+    """Where the values of a law stand among the unknowns."""
+    return [k for k, x in enumerate(unknowns) if x.key.startswith("free_form")]
+
+
 def law_offset(layout: Layout, law: LawShape) -> int:
     """Where a law begins in the kernel's vector."""
     return layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
@@ -92,7 +98,7 @@ def law_errors(fit: Fit, covariance: Array) -> Array:
     """Standard deviations (knots,) of those, from the covariance (size, size) of u."""
     law = fit.problem.hypothesis.law
     assert law is not None
-    own = [k for k, x in enumerate(fit.problem.unknowns) if x.key.startswith("free_form")]
+    own = law_places(fit.problem.unknowns)
     found = np.zeros(len(law.knots))
     found[law.own] = law.scale * np.sqrt(np.maximum(np.diag(covariance)[own], 0))
     return np.maximum(found, found[::-1]) if law.parity else found
@@ -105,6 +111,6 @@ def halved(fit: Fit, parity: str) -> tuple[Hypothesis, Array]:
     half = replace(law, parity=parity)
     values = law_values(fit)
     kept = (values + PARITIES[parity] * values[::-1]) / 2
-    at = [k for k, x in enumerate(fit.problem.unknowns) if x.key.startswith("free_form")]
+    at = law_places(fit.problem.unknowns)
     u = np.concatenate([fit.u[: at[0]], kept[half.own] / law.scale, fit.u[at[-1] + 1 :]])
     return Hypothesis(law=half), u

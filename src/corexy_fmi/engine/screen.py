@@ -13,6 +13,7 @@ import numpy as np
 
 from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.free_form import law_places
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import (
     TRIED,
@@ -86,7 +87,7 @@ def _scored(
 
 def _law_lead(base: Fit, hypothesis: Hypothesis, problem: Problem, u: Array, q: Array) -> Lead:
     """A free-form law: all of its values at once."""
-    own = [k for k, x in enumerate(problem.unknowns) if x.key.startswith("free_form")]
+    own = law_places(problem.unknowns)
     vectors = np.repeat(u[None], len(own), axis=0)
     vectors[np.arange(len(own)), own] = 1.0
     gain, factors = gain_many(base.residual, changes(base, problem, vectors, q))
