@@ -43,10 +43,11 @@ def refined(fit: Fit) -> Fit:
 
 def by_parity(fit: Fit) -> Fit:
     """A law whose knots lie alike on both sides of zero, as over a speed, as an odd or an even one,
-    where its other half does not pay: half as many values are known better.  Any other as it is.
+    where its other half does not pay: half as many values are known better.  Any other, and one
+    that is halved already, as it is.
     """
     law = fit.problem.hypothesis.law
-    if law is None or not np.allclose(law.knots, -np.array(law.knots[::-1])):
+    if law is None or law.parity or not np.allclose(law.knots, -np.array(law.knots[::-1])):
         return fit
     found = [fit]
     for parity in PARITIES:

@@ -14,7 +14,7 @@ from corexy_fmi.engine.unknowns import SMOOTHING, Hypothesis
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
 TEMPERATURE = 3.0  # tempers the log evidence; form errors make it over-confident
 FORM = 0.3  # share of what smooth friction gains that its wrong shape may leave to others
-FAMILY = 1.15  # a free-form law must beat the catalogue's best by this factor
+FAMILY = 1.15  # a free-form law must beat the catalogue's best single cause by this factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +80,16 @@ def probabilities(gains: list[float]) -> tuple[list[float], float]:
 
 
 def catalogue_first(entries: list[Entry]) -> list[Entry]:
-    """A free-form law that gains little more than the best catalogued set steps behind it."""
+    """A free-form law that gains little more than the best catalogued cause steps behind it.
+
+    Of a set of several, the second may do no more than mend the form of the first: such a set has
+    no share on top.
+    """
     named = next((e for e in entries if e.hypothesis.uses and e.gain > THRESHOLD), None)
     if named is None:
         return entries
-    laws = [e for e in entries if e.hypothesis.law and e.gain < FAMILY * named.gain + THRESHOLD]
+    share = FAMILY if len(named.hypothesis.uses) == 1 else 1.0
+    laws = [e for e in entries if e.hypothesis.law and e.gain < share * named.gain + THRESHOLD]
     return [e for e in entries if e not in laws] + laws
 
 

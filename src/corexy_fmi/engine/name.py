@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from corexy_fmi.engine.again import by_parity, leaders, matched, polished, refined, repolish
 from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.elsewhere import elsewhere
 from corexy_fmi.engine.entries import (
     THRESHOLD,
     Competition,
@@ -25,7 +26,7 @@ from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.rough import softened
-from corexy_fmi.engine.search import FINALISTS, rank, search
+from corexy_fmi.engine.search import CLOSE, FINALISTS, rank, search
 from corexy_fmi.engine.unknowns import Hypothesis
 
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
@@ -79,6 +80,23 @@ def _told_by_parity(entries: list[Entry]) -> list[Entry]:
     return [replace(entries[0], hypothesis=fit.problem.hypothesis, fit=fit), *entries[1:]]
 
 
+def _against_sets(entries: list[Entry]) -> list[Entry]:
+    """Where a set of several effects is the best named, the laws close to it by parity, with what
+    that gains: one law that is as good as two effects is the simpler cause.
+    """
+    named = next((e for e in entries if e.hypothesis.uses), None)
+    if named is None or len(named.hypothesis.uses) < 2:
+        return entries
+    least = named.gain - CLOSE
+    told = [_halved(e) if e.hypothesis.law and e.gain > least else e for e in entries]
+    return sorted(told, key=lambda e: -e.gain)
+
+
+def _halved(entry: Entry) -> Entry:
+    fit = by_parity(entry.fit)
+    return Entry(fit.problem.hypothesis, fit, entry.gain + rank(entry.fit) - rank(fit))
+
+
 def compete(
     base: Fit,
     mapper: Mapper,
@@ -102,8 +120,9 @@ def compete(
         if held is None or entry.gain > held.gain:
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
-    base, entries = matched(base, leaders(base, entries, mapper))
-    entries = _told_by_parity(catalogue_first(without_idle(entries)))
+    entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
+    base, entries = matched(base, entries)
+    entries = _told_by_parity(catalogue_first(_against_sets(without_idle(entries))))
     live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
     chances, nothing = probabilities([e.gain for e in live])
     lookup = dict(zip(map(id, live), chances, strict=True))

@@ -86,7 +86,7 @@ def _bends(lead: Lead) -> bool:
     return any(i.effect.state == BENDING for i in lead.hypothesis.uses[-1:])
 
 
-def _long(fit: Fit) -> Fit:
+def long_fit(fit: Fit) -> Fit:
     """A fit carried to its end, under the noise that it began with."""
     return across(minimise(fit.problem, fit.u, LONG, PLAIN))
 
@@ -119,7 +119,7 @@ def search(
         leads = _thin(screen(start, tried, mapper), floor)
         shorts = _shorts(leads, mapper, ahead)
         going = _contenders(start, shorts[:finalists])
-        ended = sorted(mapper(_long, going), key=rank)
+        ended = sorted(mapper(long_fit, going), key=rank)
         close = [f for f in ended if rank(f) - rank(ended[0]) < _margin(start, ended[0])]
         finals += close
         rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
