@@ -6,6 +6,8 @@ is projected out unless it has the inputs' zero; nominal parameters and initial 
 are fitted.
 """
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +21,7 @@ REACHES = (0.8, 2.0)  # log of the factor by which one step may change a paramet
 BOX = 100.0  # a nominal parameter stays within a factor of 200 of its true value
 WEAK, WEAK_DEFLECTION = 0.03, 1e-5
 DEFLECTION, DIFFERENCE = 1e-5, 4e-3
+ABREAST = ThreadPoolExecutor(os.cpu_count())  # the solver holds no lock of the interpreter
 
 
 @dataclass(frozen=True)
@@ -132,27 +135,29 @@ class Model:
         """Number of whitened samples of each run."""
         return [sum(int(np.sum(n[2])) for n in one.values()) for one in self.experiment.noise]
 
+    def abreast(self, asked):
+        """Whitened channels of every (theta, run, more), in order; how many run at once changes
+        no bit.
+        """
+        return list(ABREAST.map(lambda one: self.output_run(*one), asked))
+
     def output(self, theta, more=None):
         runs = range(len(self.experiment.runs))
-        return np.concatenate([self.output_run(theta, k, more) for k in runs])
+        return np.concatenate(self.abreast([(theta, k, more) for k in runs]))
 
     def jacobian(self, theta, here):
         """Finite differences; a deflection moves its own recording only."""
-        out = np.zeros((len(here), self.size))
-        lengths = self.lengths()
-        ends = np.cumsum(lengths)
-        for i in range(self.size):
-            nominal = i < self.n_machine
-            step = DIFFERENCE * np.sqrt(1.0 + theta[i] ** 2) if nominal else 0.1
-            step = -step if theta[i] + step > self.high[i] else step
-            moved = theta.copy()
-            moved[i] += step
-            if nominal:
-                out[:, i] = (self.output(moved) - here) / step
-            else:
-                k = (i - self.n_machine) // 2
-                own = slice(ends[k] - lengths[k], ends[k])
-                out[own, i] = (self.output_run(moved, k) - here[own]) / step
+        out, runs = np.zeros((len(here), self.size)), range(len(self.experiment.runs))
+        ends = np.concatenate([[0], np.cumsum(self.lengths())])
+        steps, n = np.full(self.size, 0.1), self.n_machine
+        steps[:n] = DIFFERENCE * np.sqrt(1.0 + theta[:n] ** 2)
+        steps *= np.where(theta + steps > self.high, -1.0, 1.0)
+        asked = [(i, k) for i in range(self.size) for k in runs if i < n or k == (i - n) // 2]
+        moved = theta + np.diag(steps)
+        shown = self.abreast([(moved[i], k) for i, k in asked])
+        for (i, k), there in zip(asked, shown, strict=True):
+            own = slice(ends[k], ends[k + 1])
+            out[own, i] = (there - here[own]) / steps[i]
         return out
 
     def ridge(self, theta):

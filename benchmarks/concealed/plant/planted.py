@@ -74,9 +74,12 @@ def split(model, columns):
 
 def sized(effect, location, shapes, residual, columns):
     """A rival at the size, and of two quadratures at the phase, that its signatures (samples, 1 or
-    2) give it; None where it has no such size.
+    2) give it; None where it has no such size, or nothing to show for it.
     """
-    shares = np.linalg.solve(gram(columns, columns), gram(columns, residual[:, None]))[:, 0]
+    try:
+        shares = np.linalg.solve(gram(columns, columns), gram(columns, residual[:, None]))[:, 0]
+    except np.linalg.LinAlgError:
+        return None
     share, shape = shares[0], dict(shapes[0])
     if len(shapes) == 2:
         turned = next(key for key in shape if shape[key] != shapes[1][key])

@@ -193,7 +193,7 @@ def at_rest(w):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def simulate(machine, step, ref, outer, q0, memory0, substeps):
     """Positions, speeds, modes, (memory, volts) at every row of the angles `ref`."""
     rows, w, h = ref.shape[0], machine.copy(), step / substeps
