@@ -35,7 +35,7 @@ class Experiment:
     noise: tuple  # per run: channel -> (sigma, rho, taken mask, whether it has the inputs' zero)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def whiten(values, sigma, rho, taken, zeroed=False):
     """Exact whitening of AR(1) noise with blanks, a constant offset projected out unless zeroed.
 

@@ -148,7 +148,7 @@ def trajectory(w, run, deflection=None):
     return tuple(a[::fine] for a in simulate(w, STEP / fine, ref, outer, q0, memory, steps))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def lagged(values, time_constant, digital):
     """A first-order filter, and its slope; exact for lines between rows, or backward Euler."""
     out, slope = values.copy(), np.zeros(len(values))
