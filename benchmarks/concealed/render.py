@@ -185,7 +185,9 @@ def full() -> list[str]:
         "misses of earlier runs, so are a soft onset of `belt_slack` and `load_friction` by both "
         "forces. 26 cases of 46916cf are in no table: they were lost with the machine that ran "
         "them (13 of 18 effects right, 3 a class, 1 left open, wrong 0, nulls 5 of 5, pair and "
-        "outside right, as far as seen).",
+        "outside right, as far as seen), as were the last ten or so of e910964 "
+        "(presliding_hysteresis-0 wrong: y for xy). The guard's limit `SURE` was set on what all "
+        "runs before this one left over, those of e910964 among them.",
         "",
         *headline(entries, FULL_AIMS),
         "",
