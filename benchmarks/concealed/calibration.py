@@ -56,7 +56,7 @@ def single(entries: list[Entry]) -> list[Entry]:
 def located(entries: list[Entry]) -> tuple[int, int, int]:
     """Cases of E >= 300: how many, with the right coordinate, with the right variable."""
     cases = [e for e in single(entries) if e["truth"]["E"] >= SEEN]
-    place = sum(_place_right(e) for e in cases)
+    place = sum(place_right(e["truth"], e["document"]["located"]["coordinate"]) for e in cases)
     state = sum(
         e["document"]["located"]["state"] == catalogue()[e["truth"]["effects"][0]["name"]].state
         for e in cases
@@ -64,13 +64,11 @@ def located(entries: list[Entry]) -> tuple[int, int, int]:
     return len(cases), place, state
 
 
-def _place_right(entry: Entry) -> bool:
-    planted = entry["truth"]["effects"][0]["location"]
-    said = entry["document"]["located"]["coordinate"]
-    if said is None:
-        return False
+def place_right(truth: dict[str, Any], said: str | None) -> bool:
+    """Whether a coordinate is where the (first) effect was planted, or a part of that."""
+    planted = truth["effects"][0]["location"]
     parts = {"xy": ("x", "y"), "motors": ("motor1", "motor2")}
-    return bool(said == planted or said in parts.get(planted, ()))
+    return said is not None and said in (planted, *parts.get(planted, ()))
 
 
 def named(entries: list[Entry]) -> list[tuple[float, bool]]:
@@ -125,7 +123,7 @@ def _inside(name: str, said: dict[str, Any], truth: float) -> bool:
 def section(entries: list[Entry]) -> list[str]:
     """The part of RESULTS.md."""
     n, place, state = located(entries)
-    lines = ["## Places, probabilities, intervals", ""]
+    lines = ["### Places, probabilities, intervals", ""]
     lines += [f"One effect, E >= 300: right coordinate {rate(place, n)} (aim 98 %), right variable"]
     lines += [f"{rate(state, n)} (aim 85 %).", "", *_reliability(entries), "", *_intervals(entries)]
     return [*lines, ""]

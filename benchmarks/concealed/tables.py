@@ -1,0 +1,171 @@
+"""Tables of RESULTS.md: outcomes against the aims, levels of concealment, counts by group."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from benchmarks.concealed.calibration import place_right, rate
+from benchmarks.concealed.proof import RESULTS, read
+from benchmarks.concealed.score import NEAR_TWIN
+
+Entry = dict[str, Any]
+STRONG = 700.0  # planted at E = 1000; the real E scatters around it
+TEN_AIMS = ("95 %", "95 %", "-", "-", "<= 2 %", "<= 1 %", "-", "-", "-")
+FULL_AIMS = ("98 %", "95 %", "92 %", "-", "<= 1 %", "<= 1 %", "90 %", "<= 3 %", "90 %")
+OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
+
+
+def _of(entries: list[Entry], kind: str) -> list[Entry]:
+    return [e for e in entries if e["truth"]["kind"] == kind]
+
+
+def _clear(entry: Entry) -> bool:
+    twin = entry["truth"]["E_sep"]
+    return twin is not None and twin >= NEAR_TWIN
+
+
+def _hits(entries: list[Entry], *outcomes: str) -> int:
+    return sum(e["outcome"] in outcomes for e in entries)
+
+
+def headline(entries: list[Entry], aims: tuple[str, ...] = TEN_AIMS) -> list[str]:
+    """The rows against the aims."""
+    single = _of(entries, "effect")
+    strong = [e for e in single if e["truth"]["E"] >= STRONG]
+    clear, near = [e for e in strong if _clear(e)], [e for e in strong if not _clear(e)]
+    weak = [e for e in single if 100 <= e["truth"]["E"] < STRONG]
+    kinds = ("pair", "outside")
+    pairs, outside = ([e for e in _of(entries, k) if e["truth"]["E"] >= STRONG] for k in kinds)
+    asked = (
+        ("one effect, E >= 1000, E_sep >= 100: right name and place", clear, ("right",)),
+        (
+            "one effect, E >= 1000, nearer twins: right, or a class with the truth in it",
+            near,
+            ("right", "class"),
+        ),
+        ("one effect, E about 300: right name and place", weak, ("right",)),
+        ("the same, class with the truth in it counted", weak, ("right", "class")),
+        ("wrong and confident, all single effects", single, ("wrong",)),
+        (
+            "nulls with imperfect nuisances: anything named or doubted",
+            _of(entries, "null"),
+            ("false_alarm",),
+        ),
+        ("two effects, E >= 1000 each: both named, nothing extra", pairs, ("right",)),
+        ("outside the catalogue, E >= 1000: confidently misnamed", outside, ("wrong",)),
+        ("outside the catalogue, E >= 1000: `unexplained`", outside, ("right",)),
+    )
+    table = ["| measure | aim | measured [Wilson 95 %] |", "|---|---|---|"]
+    return table + [
+        f"| {what} | {aim} | {rate(_hits(group, *outcomes), len(group))} |"
+        for (what, group, outcomes), aim in zip(asked, aims, strict=True)
+    ]
+
+
+def removal(entries: list[Entry]) -> list[str]:
+    """What is removed of the error kept back, as a sentence; nothing where it was not kept."""
+    strong = [e for e in _of(entries, "effect") if e["truth"]["E"] >= STRONG]
+    shares = [e["removed"] for e in strong if e["outcome"] == "right" and e.get("removed")]
+    if not shares:
+        return []
+    return [
+        "Removed of the error on data kept back, against the noise-free truth (E >= 1000, rightly "
+        f"named, n = {len(shares)}): median {100 * np.median(shares):.1f} % (aim 98 %), worst "
+        f"decile {100 * np.quantile(shares, 0.1):.1f} % (aim 90 %).",
+        "",
+    ]
+
+
+def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
+    """Rows of level L4: what is said where the true entry is deleted."""
+    cases = [e for e in _of(entries, "effect") if "struck" in e and e["truth"]["E"] >= 100]
+    clear = [e for e in cases if _clear(e)]
+    curves = [e["struck"]["curve_error"] for e in cases]
+    curves = sorted(c for c in curves if c is not None)
+    off = ", ".join(f"{c:.2f}" for c in curves) or "none to compare"
+    near = sum(c <= 0.2 for c in curves)
+    return [
+        (
+            "L4",
+            "the true entry is struck from the catalogue, E >= 100: confidently misnamed",
+            _said(cases, "explained"),
+        ),
+        ("", "the same, no nearer twin left (E_sep >= 100)", _said(clear, "explained")),
+        ("", "the same: `unexplained`", _said(clear, "unexplained")),
+        (
+            "",
+            "the same: `unexplained` with the right coordinate",
+            _said(clear, "unexplained", True),
+        ),
+        (
+            "",
+            "rms of free-form law minus planted force over that of the force (aim 0.2)",
+            f"{near} of {len(curves)} within 0.2: {off}",
+        ),
+    ]
+
+
+def _said(cases: list[Entry], verdict: str, placed: bool = False) -> str:
+    found = [
+        e["struck"]["verdict"] == verdict
+        and (not placed or place_right(e["truth"], e["struck"]["coordinate"]))
+        for e in cases
+    ]
+    return rate(sum(found), len(cases))
+
+
+def levels(entries: list[Entry], stem: str, hidden: str = "") -> list[str]:
+    """The five levels of concealment; ``hidden``: what is to be said of the machine file."""
+    single = [e for e in _of(entries, "effect") if e["truth"]["E"] >= 100]
+    rows = [
+        ("L1", "the label is sealed by hash before the engine runs", f"{len(entries)} seals"),
+        (
+            "L2",
+            "the machine file hides the effect as well as values within 0.7 .. 1.45 of the true "
+            f"ones can{hidden}: right name and place, E >= 100",
+            rate(_hits(single, "right"), len(single)),
+        ),
+        (
+            "L3",
+            "seeds follow from a commit's hash; seals are written before outcomes",
+            f"none dropped; {cut_off(entries, stem)} cut off, without an outcome",
+        ),
+        *struck(entries),
+        (
+            "L5",
+            "real recordings",
+            "[EMPS](docs/cases/emps.md): pulses that others logged, found without the log;"
+            " [one printer](docs/cases/voron.md)",
+        ),
+    ]
+    table = ["| level | what is concealed | measured [Wilson 95 %] |", "|---|---|---|"]
+    return table + [f"| {a} | {b} | {c} |" for a, b, c in rows]
+
+
+def cut_off(entries: list[Entry], stem: str) -> int:
+    """Sealed cases of this run that never came to an outcome: something ended it before."""
+    done = {(e["name"], e["seed"]) for e in entries}
+    seals = [s for path in RESULTS.glob(f"{stem}*.seals.jsonl") for s in read(path)]
+    return len({(s["name"], s["seed"]) for s in seals} - done)
+
+
+def by(entries: list[Entry], key: str) -> list[str]:
+    """Outcomes of the single-effect cases by effect, setting or noise."""
+    groups: dict[str, Counter[str]] = {}
+    for e in _of(entries, "effect"):
+        label = e["truth"]["effects"][0]["name"] if key == "effect" else str(e["truth"][key])
+        groups.setdefault(label, Counter())[e["outcome"]] += 1
+    table = [f"| {key} | n | {' | '.join(OUTCOMES[:5])} |", "|---|" + "---|" * 6]
+    return table + [
+        f"| {g} | {sum(c.values())} | " + " | ".join(str(c[o]) for o in OUTCOMES[:5]) + " |"
+        for g, c in sorted(groups.items())
+    ]
+
+
+def speed(entries: list[Entry]) -> str:
+    """Seconds of a diagnosis over seconds recorded."""
+    ratios = [e["seconds"]["diagnose"] / e["seconds"]["recorded"] for e in entries]
+    return f"median {np.median(ratios):.2f}, 90 % below {np.quantile(ratios, 0.9):.2f}"
