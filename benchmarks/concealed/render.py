@@ -12,6 +12,7 @@ from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.seeds import section as seeds
 from benchmarks.concealed.settle import section as settled
 from benchmarks.concealed.tables import FULL_AIMS, Entry, by, headline, levels, removal, speed
+from benchmarks.concealed.wall import section as wall
 from benchmarks.mechanism.page import section as mechanisms
 
 LARGE = 50  # cases of an earlier run that is shown in full
@@ -145,8 +146,9 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         *earlier(),
         "## Speed",
         "",
-        "One diagnosis on one core over the length of its training recordings, other work beside "
-        f"it: {speed(now or before)}.",
+        *wall(),
+        "In the proof, one diagnosis on one core over the length of its training recordings, other "
+        f"work beside it: {speed(now or before)}.",
         "",
     ]
     return "\n".join(lines)
