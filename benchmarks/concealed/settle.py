@@ -29,6 +29,7 @@ from corexy_fmi.engine.experiment import Experiment
 from corexy_fmi.recording import Recording, read_recording
 
 STORE, STEMS = RESULTS / "settle.jsonl", ("full", "earlier", "proof")
+BEFORE = RESULTS / "before_settle.jsonl"  # of an engine that was changed since
 
 
 def ambiguous() -> list[tuple[str, dict[str, Any]]]:
@@ -78,28 +79,37 @@ def _said(found: Diagnosis, case: Any) -> dict[str, Any]:
 def section() -> list[str]:
     """Lines of RESULTS.md."""
     files = sorted(p for p in RESULTS.glob("settle*.jsonl"))
-    entries = [e for path in files for e in read(path)]
+    entries, before = [e for path in files for e in read(path)], read(BEFORE)
     if not entries:
         return []
-    asked = [e for e in entries if "after" in e and e["before"]["outcome"] == "class"]
-    said = Counter(e["after"]["outcome"] for e in asked)
-    none = sum("after" not in e for e in entries)
-    commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
     return [
         "## The next experiment",
         "",
         "`python -m benchmarks.concealed.settle`: ambiguous cases of the proof, each diagnosed "
-        f"again after the proposed program was run on the concealed plant; engine {commits}. Of "
-        f"{len(entries)} cases, {none} got no program that parts the rivals, or were not ambiguous "
-        "with this engine. Where the truth was in the class: settled right at the first try "
-        f"(aim 90 %) {rate(said['right'], len(asked))}; settled wrong {said['wrong']}; "
-        f"otherwise {dict(said)}.",
+        "again after the proposed program was run on the concealed plant as often as it says; "
+        f"{_summary(entries)}.",
+        *([f"Before that, {_summary(before)}."] if before else []),
         "",
         "| case | planted | before | runs | after |",
         "|---|---|---|---|---|",
         *(_row(e) for e in entries),
         "",
     ]
+
+
+def _summary(entries: list[dict[str, Any]]) -> str:
+    asked = [e for e in entries if "after" in e and e["before"]["outcome"] == "class"]
+    said = Counter(e["after"]["outcome"] for e in asked)
+    none = sum("after" not in e for e in entries)
+    clear = sum(e["before"]["verdict"] != "ambiguous" for e in entries)
+    others = ", ".join(f"{n} {k}" for k, n in sorted(said.items()) if k not in ("right", "wrong"))
+    commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
+    return (
+        f"engine {commits}: of {len(entries)} cases, {none - clear} got no program (no motion, run "
+        f"as often as the data bear, parts the rivals), {clear} were not ambiguous any more; where "
+        f"the truth was in the class, settled right at the first try (aim 90 %) {rate(said['right'], len(asked))}"
+        f", settled wrong {said['wrong']}" + (f", else {others}" if others else "")
+    )
 
 
 def _row(entry: dict[str, Any]) -> str:
