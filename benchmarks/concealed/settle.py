@@ -107,8 +107,9 @@ def _summary(entries: list[dict[str, Any]]) -> str:
     return (
         f"engine {commits}: of {len(entries)} cases, {none - clear} got no program (no motion, run "
         f"as often as the data bear, parts the rivals), {clear} were not ambiguous any more; where "
-        f"the truth was in the class, settled right at the first try (aim 90 %) {rate(said['right'], len(asked))}"
-        f", settled wrong {said['wrong']}" + (f", else {others}" if others else "")
+        "the truth was in the class, settled right at the first try (aim 90 %) "
+        f"{rate(said['right'], len(asked))}, settled wrong {said['wrong']}"
+        + (f", else {others}" if others else "")
     )
 
 
