@@ -1,0 +1,65 @@
+"""RESULTS.md: what is removed of the error kept back, and the rows of struck entries."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.concealed import tables
+from benchmarks.concealed.held import removed
+
+
+def trace(role: str, explained: float, retuned: float) -> SimpleNamespace:
+    """A recording whose models are off the truth by sines of these sizes, and by an offset."""
+    time = np.arange(1000) * 1e-3
+    truth, wave = np.sin(20 * time), np.sin(2 * np.pi * 5 * time)
+    states = {"explained": explained, "retuned": retuned}
+    models = {s: dict.fromkeys("xy", truth + a * wave + 0.3) for s, a in states.items()}
+    measured = np.where(np.arange(1000) % 10, np.nan, truth)  # every tenth row is a sample
+    return SimpleNamespace(
+        recording=f"{role}.csv",
+        time=time,
+        measured=dict.fromkeys("xy", measured),
+        **models,
+        truth=dict.fromkeys("xy", truth),
+    )
+
+
+def test_what_is_removed_is_the_share_of_the_squared_distance_to_the_truth() -> None:
+    train, kept = trace("train", 1.0, 1.0), trace("holdout", 0.1, 1.0)
+    found: Any = SimpleNamespace(evidence=SimpleNamespace(traces=(train, kept)))
+    case = SimpleNamespace(holdout_clean={"holdout.csv": kept.truth})
+    assert removed(case, found) == pytest.approx(0.99)
+    assert removed(SimpleNamespace(holdout_clean={}), found) is None
+
+
+def entry(verdict: str, coordinate: str, apart: float, curve: float | None) -> dict[str, Any]:
+    return {
+        "outcome": "right",
+        "removed": 0.9 if curve is None else 1.0,
+        "truth": {"kind": "effect", "E": 900.0, "E_sep": apart, "effects": [{"location": "xy"}]},
+        "struck": {"verdict": verdict, "coordinate": coordinate, "curve_error": curve},
+    }
+
+
+ENTRIES = [
+    entry("unexplained", "x", 500.0, 0.1),
+    entry("unexplained", "motor1", 500.0, 0.3),
+    entry("explained", "belts", 20.0, None),
+]
+
+
+def test_struck_entries_count_apart_where_a_near_twin_is_left() -> None:
+    rows = [value for _, _, value in tables.struck(ENTRIES)]
+    assert [value.split(" ")[0] for value in rows] == ["1/3", "0/2", "2/2", "1/2", "1"]
+    assert rows[-1] == "1 of 2 within 0.2: 0.10, 0.30"
+
+
+def test_what_is_removed_is_told_with_its_worst_decile() -> None:
+    (line, _) = tables.removal(ENTRIES)
+    assert "n = 3): median 100.0 %" in line
+    assert "worst decile 92.0 %" in line
+    assert tables.removal([{**ENTRIES[0], "removed": None}]) == []
