@@ -24,9 +24,10 @@ from corexy_fmi.engine.model import effect_table, tuned_machine
 from corexy_fmi.engine.name import compete
 from corexy_fmi.engine.prove import follow_up
 from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.samples import even
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import STIFFER, starts, stiffer
-from corexy_fmi.engine.spread import Spread, combinations, groups, spread
+from corexy_fmi.engine.spread import Spread, combinations, groups, spread, tones
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
@@ -90,6 +91,28 @@ def test_tones_of_the_residuals_are_starts():
     rows = combinations(instance, offered)
     assert {row["frequency"] for row in rows} == set(offered.frequency)
     assert sorted(map(len, groups(instance, rows))) == [3] * len(offered.frequency)
+
+
+def test_samples_that_were_not_taken_shift_no_tone():
+    """One in ten is blank, in bursts and alone: put together, tones would be a tenth higher."""
+    whole = record(with_effects(machine(), fan(0.4)), other_motion(), **SLOW)
+    random = np.random.default_rng(3)
+    blank = random.random(len(whole)) < 0.05
+    for burst in random.integers(0, len(whole) - 40, len(whole) // 800):
+        blank[burst : burst + 40] = True
+    kept = {n: np.where(blank, np.nan, whole[n]) for n in ("x", "y")}
+    recording = replace(whole, channels={**whole.channels, **kept})
+    assert blank.mean() == pytest.approx(0.1, abs=0.02)
+    assert tones(fitted(problem(recording, machine(), std=1e-5), 2))[0] == pytest.approx(
+        17.3, abs=0.15
+    )
+
+
+def test_an_even_clock_holds_every_sample_where_it_was_taken():
+    time = 0.5 + 0.01 * np.array([0, 1, 2, 5, 6]) + 1e-4 * np.array([0, 1, -1, 1, 0])
+    errors, spacing = even(np.array([1.0, 2.0, 3.0, 4.0, 5.0]), time)
+    assert spacing == pytest.approx(0.01, rel=0.03)
+    assert errors.tolist() == [-2, -1, 0, 0, 0, 1, 2]
 
 
 def test_places_and_times_are_those_of_the_recordings():

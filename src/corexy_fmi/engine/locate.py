@@ -8,6 +8,7 @@ from scipy.signal import welch
 from corexy_fmi.engine.evidence import MissingForce, Spectrum
 from corexy_fmi.engine.holding import holding_stiffness
 from corexy_fmi.engine.prove import Proof, Replay
+from corexy_fmi.engine.samples import even
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import Machine
 from corexy_fmi.topology import Stage
@@ -105,9 +106,10 @@ def spectra(proof: Proof) -> tuple[Spectrum, ...]:
     retuned, explained = proof.replays["retuned"][k], proof.replays["explained"][k]
     result = []
     for c, samples in enumerate(retuned.run.samples):
-        rate, length = _rate(retuned, c), min(1024, len(samples.index))
-        f, before = welch(retuned.errors[c], rate, nperseg=length)
-        _, after = welch(explained.errors[c], rate, nperseg=length)
+        time, length = retuned.run.excitation.time[samples.index], min(1024, len(samples.index))
+        (was, spacing), (now, _) = (even(r.errors[c], time) for r in (retuned, explained))
+        f, before = welch(was, rate := 1.0 / spacing, nperseg=length)
+        _, after = welch(now, rate, nperseg=length)
         flat = np.full(len(f), proof.noise_std[k][c] / np.sqrt(rate / 2))
         result.append(
             Spectrum(samples.channel, f[1:], np.sqrt(before[1:]), np.sqrt(after[1:]), flat[1:])
@@ -124,8 +126,9 @@ def band(proof: Proof) -> list[float]:
         range(len(retuned.errors)),
         key=lambda n: float(np.std(_mismatch(retuned, explained, n))) / proof.noise_std[k][n],
     )
-    taken = _mismatch(retuned, explained, c)
-    f, power = welch(taken, _rate(retuned, c), nperseg=min(2048, len(taken)))
+    time = retuned.run.excitation.time[retuned.run.samples[c].index]
+    taken, spacing = even(_mismatch(retuned, explained, c), time)
+    f, power = welch(taken, 1.0 / spacing, nperseg=min(2048, len(taken)))
     reached = np.cumsum(power) / max(float(power.sum()), 1e-300)
     return [float(f[min(np.searchsorted(reached, q), len(f) - 1)]) for q in (0.05, 0.95)]
 

@@ -71,6 +71,18 @@ def parted(time: Array) -> np.ndarray:
     return np.r_[True, late > max(LATE, SCATTER * float(np.median(np.abs(late))))]
 
 
+def even(errors: Array, time: Array) -> tuple[Array, float]:
+    """Errors on an even clock, their mean aside, 0 where no sample was taken; its spacing [s].
+
+    Put together without that, what was not taken would shift every tone upwards by its share.
+    """
+    spacing = float(np.median(np.diff(time)))
+    slots = np.rint((time - time[0]) / spacing).astype(int)
+    result = np.zeros(slots[-1] + 1)
+    result[slots] = errors - errors.mean()
+    return result, spacing
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
     """One recording, or the part of it in use: excitation, samples, and its role."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from corexy_fmi.effects.api import Parameter
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.samples import even
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
@@ -63,8 +64,7 @@ def tones(fit: Fit) -> tuple[float, ...]:
     for r, run in enumerate(fit.problem.runs):
         errors = fit.problem.errors(fit.u[None], r)
         for e, samples in zip(errors, run.samples, strict=True):
-            time = run.excitation.time[samples.index]
-            found += _peaks(e[0], float(np.median(np.diff(time))))
+            found += _peaks(*even(e[0], run.excitation.time[samples.index]))
     chosen: list[float] = []
     for _, f in sorted(found, reverse=True):
         if all(abs(f - other) > 0.02 * other for other in chosen):
@@ -73,11 +73,9 @@ def tones(fit: Fit) -> tuple[float, ...]:
 
 
 def _peaks(errors: Array, spacing: float) -> list[tuple[float, float]]:
-    """(power over the mean, frequency [Hz]) of the strongest peaks of one channel."""
-    count = len(errors)
-    taper = np.hanning(count)
-    size = FINER * count
-    power = np.abs(np.fft.rfft((errors - errors.mean()) * taper, size)) ** 2
+    """(power over the mean, frequency [Hz]) of the strongest peaks of a channel of mean 0."""
+    taper, size = np.hanning(len(errors)), FINER * len(errors)
+    power = np.abs(np.fft.rfft(errors * taper, size)) ** 2
     f = np.fft.rfftfreq(size, spacing)
     middle = power[1:-1]
     top = np.flatnonzero((middle > power[:-2]) & (middle >= power[2:]) & (f[1:-1] > 0)) + 1
