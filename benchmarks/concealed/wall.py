@@ -26,10 +26,8 @@ from corexy_fmi.recording import read_recording
 
 STORE, COMMAND = RESULTS / "wall.json", "python -m benchmarks.concealed.wall"
 NAMES = (
-    "null-0", "null-1", "null-2",
-    "stribeck_friction-0", "backlash-1", "belt_mismatch-2",
-    "pulley_eccentricity-0", "sensor_delay-1", "axis_skew-2",
-    "stepper_compliance-0", "tool_mode-1", "friction_warmup-2",
+    "null-0", "null-1", "null-2", "stribeck_friction-0", "backlash-1",
+    "belt_mismatch-2", "pulley_eccentricity-0", "sensor_delay-1",
 )  # fmt: skip
 
 
