@@ -11,7 +11,16 @@ from benchmarks.concealed.calibration import section
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.seeds import section as seeds
 from benchmarks.concealed.settle import section as settled
-from benchmarks.concealed.tables import FULL_AIMS, Entry, by, headline, levels, removal, speed
+from benchmarks.concealed.tables import (
+    FULL_AIMS,
+    TEN_AIMS,
+    Entry,
+    by,
+    headline,
+    levels,
+    removal,
+    speed,
+)
 from benchmarks.concealed.wall import section as wall
 from benchmarks.mechanism.page import section as mechanisms
 
@@ -51,6 +60,28 @@ def commits(entries: list[Entry], key: str = "commit") -> str:
     return ", ".join(sorted({e[key][:12] for e in entries}))
 
 
+def tables(entries: list[Entry], stem: str, aims: tuple[str, ...], hidden: str = "") -> list[str]:
+    """All that is counted of a run."""
+    return [
+        *headline(entries, aims),
+        "",
+        *removal(entries),
+        "### Levels of concealment",
+        "",
+        *levels(entries, stem, hidden),
+        "",
+        *section(entries),
+        "### By effect",
+        "",
+        *by(entries, "effect"),
+        "",
+        "### By setting",
+        "",
+        *by(entries, "setting"),
+        "",
+    ]
+
+
 def full(entries: list[Entry]) -> list[str]:
     """The proof over all 35 effects, as far as it was run."""
     return [
@@ -63,22 +94,7 @@ def full(entries: list[Entry]) -> list[str]:
         "samples are blank (periodic_disturbance-0, left open here, is named with 408 nats now), "
         "and a leftover of 13 deviations passed (sensor_lag-0, struck).",
         "",
-        *headline(entries, FULL_AIMS),
-        "",
-        *removal(entries),
-        "### Levels of concealment",
-        "",
-        *levels(entries, "full"),
-        "",
-        *section(entries),
-        "### By effect",
-        "",
-        *by(entries, "effect"),
-        "",
-        "### By setting",
-        "",
-        *by(entries, "setting"),
-        "",
+        *tables(entries, "full", FULL_AIMS),
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
         "`driver_deadband`, the knee of `supply_saturation`, a soft onset of `belt_slack`, "
@@ -107,21 +123,7 @@ def ten(entries: list[Entry]) -> list[str]:
         "measure that is mended since (docs/dev/PLAN.md). What changed in the engine since stands "
         "in the changelog; this run says nothing of it.",
         "",
-        *headline(entries),
-        "",
-        "### Levels of concealment",
-        "",
-        *levels(entries, "proof", HIDDEN),
-        "",
-        *section(entries),
-        "### By effect",
-        "",
-        *by(entries, "effect"),
-        "",
-        "### By setting",
-        "",
-        *by(entries, "setting"),
-        "",
+        *tables(entries, "proof", TEN_AIMS, HIDDEN),
     ]
 
 
