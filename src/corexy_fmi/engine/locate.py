@@ -106,9 +106,10 @@ def spectra(proof: Proof) -> tuple[Spectrum, ...]:
     retuned, explained = proof.replays["retuned"][k], proof.replays["explained"][k]
     result = []
     for c, samples in enumerate(retuned.run.samples):
-        time, length = retuned.run.excitation.time[samples.index], min(1024, len(samples.index))
+        time = retuned.run.excitation.time[samples.index]
         (was, spacing), (now, _) = (even(r.errors[c], time) for r in (retuned, explained))
-        f, before = welch(was, rate := 1.0 / spacing, nperseg=length)
+        rate, length = 1.0 / spacing, min(1024, len(was))
+        f, before = welch(was, rate, nperseg=length)
         _, after = welch(now, rate, nperseg=length)
         flat = np.full(len(f), proof.noise_std[k][c] / np.sqrt(rate / 2))
         result.append(
