@@ -51,9 +51,21 @@ Ratios = dict[str, float]
 
 
 def kind() -> str:
-    """The kind of processor that a ratio belongs to: its widest vector unit."""
+    """The kind of processor that a ratio belongs to: its widest vector unit, maker and family (some
+    do a wide operation in one go, some in two).
+    """
     units = processor()["vector_units"]
-    return f"{platform.machine()} {next((u for u in UNITS if u in units), 'scalar')}"
+    unit = next((u for u in UNITS if u in units), "scalar")
+    return " ".join([platform.machine(), unit, *_family()])
+
+
+def _family() -> list[str]:
+    """Maker and family of this CPU, as far as the system tells."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    pairs = [(key.strip(), value.strip()) for key, _, value in (x.partition(":") for x in lines)]
+    told = dict(reversed(pairs))
+    return [told[key] for key in ("vendor_id", "cpu family") if key in told]
 
 
 def fixed_loop() -> Callable[[], Any]:
