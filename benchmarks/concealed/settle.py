@@ -87,7 +87,8 @@ def section() -> list[str]:
         "",
         "`python -m benchmarks.concealed.settle`: ambiguous cases of the proof, each diagnosed "
         "again after the proposed program was run on the concealed plant as often as it says; "
-        f"{_summary(entries)}.",
+        f"{_summary(entries)}. {len(ambiguous())} cases wait in all; those that had a program "
+        "from the engine before were run first, which is no random choice.",
         *([f"Before that, {_summary(before)}."] if before else []),
         "",
         "| case | planted | before | runs | after |",

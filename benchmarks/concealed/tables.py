@@ -68,7 +68,8 @@ def headline(entries: list[Entry], aims: tuple[str, ...] = TEN_AIMS) -> list[str
 def removal(entries: list[Entry]) -> list[str]:
     """What is removed of the error kept back, as a sentence; nothing where it was not kept."""
     strong = [e for e in _of(entries, "effect") if e["truth"]["E"] >= STRONG]
-    shares = [e["removed"] for e in strong if e["outcome"] == "right" and e.get("removed")]
+    right = [e for e in strong if e["outcome"] == "right"]
+    shares = [e["removed"] for e in right if e.get("removed") is not None]
     if not shares:
         return []
     return [

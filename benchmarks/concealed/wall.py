@@ -54,7 +54,7 @@ def section() -> list[str]:
     slowest = max(told["cases"], key=lambda c: c["seconds"] / c["recorded"])
     return [
         f"A whole `corexy diagnose` with report and FMU, all 35 effects, on two cores with nothing "
-        f"beside it (`{COMMAND}`, {told['cpu']} with {told['vector_units'][-1]}, commit "
+        f"beside it (`{told['command']}`, {told['cpu']} with {told['vector_units'][-1]}, commit "
         f"{told['commit'][:12]}), over the length of its recordings (aim 1): median "
         f"{np.median(ratios):.2f} of {len(ratios)} cases, {sum(r <= 1 for r in ratios)} within 1; "
         f"slowest {slowest['name']}, {slowest['seconds']:.0f} s of {slowest['recorded']:.0f} s.",
@@ -72,7 +72,9 @@ def main() -> None:
     for name in track(NAMES, description="diagnoses"):
         case = plant.draw(seed_of(origin, name), **wishes[name])
         cases.append({"name": name, **timed(case)})
-    write_outcome("wall", COMMAND, {**processor(), "origin": origin, "cases": cases})
+    write_outcome(
+        "wall", f"{COMMAND} --origin {origin}", {**processor(), "origin": origin, "cases": cases}
+    )
     print("\n".join(section()))
 
 
