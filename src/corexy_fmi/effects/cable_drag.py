@@ -1,6 +1,8 @@
 """A cable, hose or chain pulls the axis towards one place.
 
-    F = -stiffness (q - center)                                                          [N]
+    F = -stiffness d (1 + stiffening d^2),  d = q - center                               [N]
+
+A loop that is nearly stretched stiffens.
 
 Source: Altintas et al., Machine tool feed drives, CIRP Annals 60(2), 2011,
 doi:10.1016/j.cirp.2011.05.010 (disturbance forces on an axis).
@@ -8,15 +10,18 @@ doi:10.1016/j.cirp.2011.05.010 (disturbance forces on an axis).
 
 from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
 
+REACH = 0.1  # [m] off its centre to which a cable is taken along
 
-def pull(applied_force, position, stiffness, center):
+
+def pull(applied_force, position, stiffness, center, stiffening):
     """Force [N] along the axis."""
-    return {"applied_force": applied_force - stiffness * (position - center)}
+    away = position - center
+    return {"applied_force": applied_force - stiffness * away * (1 + stiffening * away * away)}
 
 
-def pole(stiffness, carriage):
+def pole(stiffness, stiffening, carriage):
     """Square [1/s^2] of the frequency of the carriage on its cable."""
-    return stiffness / carriage
+    return stiffness * (1 + 3 * REACH * REACH * stiffening) / carriage
 
 
 EFFECT = Effect(
@@ -28,9 +33,19 @@ EFFECT = Effect(
             "stiffness", "N/m", "of the cable along the axis", 0.0, 0.0, 1000.0, (30.0,), size=True
         ),
         Parameter("center", "m", "where it does not pull", 0.0, -0.5, 0.5, (0.0, 0.1, -0.1)),
+        Parameter(
+            "stiffening",
+            "1/m^2",
+            "growth of the stiffness with the square of the way",
+            0.0,
+            0.0,
+            2000.0,
+            (0.0, 150.0),
+            default=0.0,
+        ),
     ),
     laws=(Law("guide", pull),),
-    equation=r"F = -k\,(q - c)",
+    equation=r"F = -k\,d\,(1 + s\,d^2),\ d = q - c",
     citation="Altintas et al. 2011, doi:10.1016/j.cirp.2011.05.010",
     remedy="Give the cable a longer loop, guide it in a chain, or fix it nearer to the middle.",
     check="With the belts off, let the axis go at both ends: it pulls towards one place.",

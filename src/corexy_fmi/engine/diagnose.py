@@ -28,6 +28,7 @@ from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
 from corexy_fmi.engine.retune import quick, retune
 from corexy_fmi.engine.screen import bounds
+from corexy_fmi.engine.site import sites
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.kernel.layout import layout_with
@@ -87,8 +88,11 @@ def diagnose(
         base = retune(layout, machine, tuple(excerpts(runs)), mapper)
         shares = iter((0.2, 0.6, 0.85, 0.9))
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
-        tell("proving on data kept back", 0.85)
-        verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak=not holdout)
+        tell("asking every place for a law", 0.83)
+        found = sites(competition, mapper)
+        tell("proving on data kept back", 0.86)
+        weak = not holdout
+        verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak, found)
         tell("bounding what was not named", 0.93)
         others = [
             Hypothesis((*fit.problem.hypothesis.uses, i))
@@ -96,9 +100,7 @@ def diagnose(
         ]
         leads = bounds(quick(fit), others, mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
-    paper = _document(
-        verdict, competition, fit, proof, leads, machine, machine_assumed, not holdout
-    )
+    paper = _document(verdict, competition, fit, proof, leads, machine, machine_assumed, weak)
     if loops := as_rows(proof):
         paper["repeats"] = loops
     if experiment is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from corexy_fmi.engine import locate
@@ -71,9 +72,12 @@ def _effect(
 
 
 def _whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
-    """Coordinate and state of the mismatch: what a winner left over points at, or those of the
-    verdict's entry, or of the one that was refuted; else the coordinate whose channel shows most.
+    """Coordinate and state of the mismatch: where simple laws explain most of what no effect does;
+    else what a winner left over points at, or those of the verdict's entry, or of the one that was
+    refuted; else the coordinate whose channel shows most.
     """
+    if verdict.site is not None:
+        return verdict.site.location, verdict.site.state
     if verdict.left is not None:
         return verdict.left.place
     entry = verdict.entry or verdict.refuted
@@ -93,7 +97,7 @@ def _free_form(
     law = fit.problem.hypothesis.law
     entry: dict[str, Any] = {
         "name": "free_form",
-        "location": _whereabouts(verdict, proof)[0],
+        "location": law.location if law else _whereabouts(verdict, proof)[0],
         "probability": competition.probability[0] if competition.entries else 0.0,
         "parameters": {},
         "alternatives": [],
@@ -158,13 +162,10 @@ def located(
             "path": [],
             "frequency": [0.0, 0.0],
             "confidence": 0.0,
+            "sites": [],
         }
     coordinate, state = _whereabouts(verdict, proof)
-    chance = sum(
-        p
-        for e, p in zip(competition.entries, competition.probability, strict=True)
-        if _place(e.hypothesis)[0] == coordinate
-    )
+    chance = verdict.site.probability if verdict.site else _chance(competition, coordinate)
     return {
         "coordinate": coordinate,
         "state": state,
@@ -172,7 +173,14 @@ def located(
         "path": locate.places(proof, STAGES[machine.stage], machine.parameters["pulley_radius"]),
         "frequency": locate.band(proof),
         "confidence": float(min(chance, 1.0)),
+        "sites": [asdict(site) for site in verdict.sites],
     }
+
+
+def _chance(competition: Competition, coordinate: str) -> float:
+    """Probability of all entries at a coordinate."""
+    pairs = zip(competition.entries, competition.probability, strict=True)
+    return sum(p for e, p in pairs if _place(e.hypothesis)[0] == coordinate)
 
 
 def _place(hypothesis: Any) -> tuple[str, str]:

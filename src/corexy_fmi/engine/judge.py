@@ -16,8 +16,9 @@ from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.repeats import repeating
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import leftover
-from corexy_fmi.engine.verdict import Verdict, decide, incomplete
+from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
@@ -31,8 +32,11 @@ def judge(
     kept: Sequence[Run],
     whole: Sequence[Run],
     weak: bool,
+    sites: Sequence[Site] = (),
 ) -> tuple[Verdict, Fit, Proof]:
-    """The verdict with its fit and proof; where held-out data lower it, proved again."""
+    """The verdict with its fit and proof; where held-out data, or ``sites`` that explain more,
+    lower it, proved again.
+    """
     retuned = tuned_machine(competition.retuned, machine.name)
     kept = _despiked(layout, retuned, competition, kept)
     whole = _despiked(layout, retuned, competition, whole)
@@ -43,7 +47,7 @@ def judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept, whole)
-    guarded = _guarded(proof, weak, verdict, fit)
+    guarded = replace(_guarded(proof, weak, verdict, fit, sites), sites=tuple(sites))
     if _final(competition, guarded) is not fit:
         fit = _final(competition, guarded)
         proof = _prove(layout, machine, competition, fit, kept, whole)
@@ -98,14 +102,17 @@ def _prove(
     return prove(layout, machines, judged, train, fit.problem.noise, own, late.before, fits)
 
 
-def _guarded(proof: Proof, weak: bool, verdict: Verdict, fit: Fit) -> Verdict:
-    """What a fit leaves to simple functions of the motion forbids to call it an explanation; a
-    mismatch on the data kept back, only in motion, or in every loop forbids ``nothing_missing``.
+def _guarded(
+    proof: Proof, weak: bool, verdict: Verdict, fit: Fit, sites: Sequence[Site]
+) -> Verdict:
+    """What a fit leaves to simple functions of the motion, or explains less of than simple laws at
+    another place do, forbids to call it an explanation; a mismatch on the data kept back, only in
+    motion, or in every loop forbids ``nothing_missing``.
     """
     left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
         return incomplete(verdict, left)
-    verdict = replace(verdict, stands=left)
+    verdict = replace(misplaced(verdict, sites), stands=left)
     if verdict.word != "nothing_missing":
         return verdict
     late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS

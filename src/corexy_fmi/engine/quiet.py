@@ -1,24 +1,27 @@
-"""Noise is the same in every recording of a channel, and the same at rest as in motion.
+"""Noise is the same in every recording of a channel, the same at rest as in motion, and forgets.
 
 A slow mismatch can pass for coloured noise in a recording's own statistics, and is then invisible:
 the model that hides it is as good as true.  Where the same channel is much quieter in another
-recording, or at rest, that quieter noise is the noise.
+recording, or at rest, that quieter noise is the noise.  What is still alike after a second is none:
+a jump in one recording would make a noise of it whose one surprise is the jump.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.noise import Noise, estimate
-from corexy_fmi.engine.samples import Run, Samples
+from corexy_fmi.engine.samples import Run, Samples, even
 from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
 ROWS, FEWEST = 200, 8.0  # samples, and independent ones, that tell a standard deviation
 LOUDER = 1.5  # ratio of standard deviations, in motion to at rest, that noise does not have
 APART = 1.15  # the same of two recordings
-SURE = 4.0  # standard errors of the logarithm of a ratio
+SURE = 4.0  # standard errors of the logarithm of a ratio, or of a correlation
+MEMORY, ALIKE = 1.0, 0.3  # [s] after which noise has forgotten; correlation that it has not, then
 
 
 def at_rest(run: Run) -> np.ndarray:
@@ -40,6 +43,22 @@ def independent(errors: Array) -> float:
     correlation = np.fft.irfft(spectrum)[: max(len(errors) // 4, 1)]
     correlation /= max(correlation[0], 1e-300)
     return len(errors) / float(2 * np.sum(correlation**2) - 1)
+
+
+def lasting(errors: Array, time: Array) -> bool:
+    """Whether errors (m,) at time (m,) [s] are alike after a second, more than short noise is."""
+    value, spacing = even(errors, time)
+    lag = max(round(MEMORY / spacing), 1)
+    if len(value) < 2 * lag:
+        return False
+    alike = float(value[lag:] @ value[:-lag] / max(float(value @ value), 1e-300))
+    return alike > ALIKE and alike * np.sqrt(independent(quick_part(errors, time))) > SURE
+
+
+def quick_part(errors: Array, time: Array) -> Array:
+    """Errors (m,) without their mean over a second around each."""
+    count = max(round(MEMORY / float(np.median(np.diff(time)))), 1)
+    return np.asarray(errors - uniform_filter1d(errors, count, mode="nearest"))
 
 
 def significance(ratio: float, one: float, other: float) -> float:
@@ -85,8 +104,12 @@ def _same(runs: tuple[Run, ...], channel: str) -> list[tuple[int, int]]:
 
 
 def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
-    """The noise of one channel's errors; of those at rest, where they are far smaller."""
-    whole, rest = estimate(errors, samples.breaks), at_rest(run)[samples.index]
+    """The noise of one channel's errors, without what lasts; of those at rest, where they are far
+    smaller.
+    """
+    time = run.excitation.time[samples.index]
+    quick = quick_part(errors, time) if lasting(errors, time) else errors
+    whole, rest = estimate(quick, samples.breaks), at_rest(run)[samples.index]
     if min(rest.sum(), (~rest).sum()) < ROWS:
         return whole
     moving, still = errors[~rest] - errors.mean(), errors[rest] - errors.mean()

@@ -20,7 +20,9 @@ from corexy_fmi.kernel.layout import Instance
 
 TRIED = 2 * LANES  # starts that are scored, and then tried, at once
 ACTS, ZOOMS = 1e-3, 2  # [std] by which an effect shows at all; rounds that find where
-WITHIN = (1e-3, 0.75)  # how far within the threshold fits begin, as shares of it
+WITHIN = (1e-3, 0.3)  # how far within the threshold half of the fits begin, as shares of it
+SHY = (0.0, 0.125, 0.25, 0.5)  # of the way, on a logarithmic scale, to where a start would grow
+DEEP = (0.6, 0.05)  # of it, from which the others begin: one stray sample may set the threshold
 
 
 def row_of(problem: Problem, u: Array, instance: Instance, values: Mapping[str, float]) -> Array:
@@ -84,7 +86,7 @@ def grown(instance: Instance, values: Mapping[str, float], factor: float) -> dic
 def within_threshold(
     base: Fit, problem: Problem, instance: Instance, u: Array
 ) -> tuple[float, ...]:
-    """Sizes (TRIED,) just within the threshold of an effect on these data, and deeper."""
+    """Sizes (TRIED,) just within the threshold of an effect on these data, and far below it."""
     size = instance.effect.size
     others = {p.name: p.starts[0] for p in instance.effect.parameters}
     tried = np.array(sorted(size.starts))
@@ -94,7 +96,9 @@ def within_threshold(
         acts = np.abs(raw_changes(base, problem, vectors)).max(axis=1) > ACTS
         last = int(np.flatnonzero(acts).max(initial=0))
         tried = np.geomspace(tried[last], tried[min(last + 1, len(tried) - 1)], TRIED)
-    return tuple((tried[0] * (1 - np.geomspace(*WITHIN, TRIED))).tolist())
+    half = TRIED // 2
+    near, far = 1 - np.geomspace(*WITHIN, half), np.geomspace(*DEEP, half)
+    return tuple((tried[0] * np.concatenate([near, far])).tolist())
 
 
 @dataclass(frozen=True)
@@ -122,6 +126,18 @@ def _scored(base: Fit, instance: Instance, rows: list[dict[str, float]], changes
     return Score(gain, grown(instance, rows[0], factor), bound)
 
 
+def _shy(instance: Instance, row: Mapping[str, float], score: Score) -> list[Score]:
+    """The score's start less grown: what is fitted on a logarithmic scale has no linear limit, and
+    what a soft threshold hides grows with a high power of its size.
+    """
+    size = instance.effect.size
+    if not size.log:
+        return []
+    shares = SHY if size.over == "threshold" else (0.0,)
+    away = score.values[size.name] / row[size.name]
+    return [replace(score, values={**row, size.name: row[size.name] * away**s}) for s in shares]
+
+
 def scores(
     base: Fit, problem: Problem, instance: Instance, u: Array, q: Array, offered: Spread
 ) -> list[Score]:
@@ -136,6 +152,5 @@ def scores(
         for group in together[first : first + share]:
             own = np.array([found_by[n] for n in group])
             found.append(_scored(base, instance, [rows[n] for n in group], own))
-            if instance.effect.size.log:  # no linear limit: the declared size is as good a start
-                found.append(replace(found[-1], values=rows[group[0]]))
+            found += _shy(instance, rows[group[0]], found[-1])
     return sorted(found, key=lambda score: -score.gain)

@@ -91,6 +91,12 @@ class Hypothesis:
         return tuple(sorted(found))
 
     @property
+    def places(self) -> list[str]:
+        """Coordinates (CONTRACT 4) where it acts."""
+        found = [i.effect.coordinate or i.location for i in self.uses]
+        return [*found, self.law.location] if self.law else found
+
+    @property
     def label(self) -> str:
         """For a person to read."""
         law = f" over {self.law.argument}" if self.law else ""

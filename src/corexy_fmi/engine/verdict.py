@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from corexy_fmi.engine.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.prove import Proof
-from corexy_fmi.engine.specification import Leftover
+from corexy_fmi.engine.site import Site, elsewhere
+from corexy_fmi.engine.specification import LEAST, Leftover
 
 SURE = 0.95
 AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
@@ -18,7 +20,8 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 @dataclass(frozen=True, eq=False)
 class Verdict:
     """The word, the entry it stands on, the classes of equals, what shows that it is so, the winner
-    that was refuted, what that left over, and what the fit that stands leaves.
+    that was refuted, what that left over, what the fit that stands leaves, and where simple laws
+    would explain the mismatch.
     """
 
     word: str
@@ -28,6 +31,24 @@ class Verdict:
     refuted: Entry | None = None
     left: Leftover | None = None
     stands: Leftover | None = None
+    sites: tuple[Site, ...] = ()
+
+    @property
+    def places(self) -> list[str]:
+        """Where all that may be the cause acts: of the entry, and of its equals."""
+        keys = [key for group in self.classes for key in group]
+        own = self.entry.hypothesis.places if self.entry else []
+        return [*own, *(location for key in keys for _, location in key)]
+
+    @property
+    def site(self) -> Site | None:
+        """Where an unexplained mismatch lies, if simple laws there explain as much as half of what
+        the best cause does.
+        """
+        known = self.entry or self.refuted
+        least = max(THRESHOLD, HALF * known.gain if known else 0.0)
+        found = self.sites if self.word == "unexplained" else ()
+        return next((s for s in found[:1] if s.gain > least), None)
 
 
 def excess_removed(retuned: float, explained: float, noise: float) -> float:
@@ -89,6 +110,21 @@ def incomplete(verdict: Verdict, left: Leftover) -> Verdict:
     told = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
     reason = f"{told}the {left.cause} still explains part of it"
     return Verdict("unexplained", None, reason=reason, refuted=verdict.entry, left=left)
+
+
+def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
+    """A cause that explains less than simple laws at another place do is none, nor is nothing."""
+    gain = verdict.entry.gain if verdict.entry else 0.0
+    if verdict.word == "nothing_missing":
+        other = next((s for s in found[:1] if s.gain > LEAST), None)
+    else:
+        other = elsewhere(found, verdict.places, gain) if verdict.word != "unexplained" else None
+    if other is None:
+        return verdict
+    entry = verdict.entry
+    beside = f"{entry.hypothesis.label} explains less than" if entry else "the rest is explained by"
+    reason = f"{beside} simple laws at {other.location} ({other.word}, {other.gain:.0f} nats)"
+    return Verdict("unexplained", None, reason=reason, refuted=verdict.entry)
 
 
 def _refuted(best: Entry) -> Verdict:

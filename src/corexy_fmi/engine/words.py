@@ -14,7 +14,13 @@ NEAREST = 3  # catalogued sets that are told
 
 def in_words(fit: Fit, competition: Competition, verdict: Verdict, proof: Proof) -> str:
     """Coordinate, argument, parity, size and period of what is missing; what came nearest."""
-    parts = [_law(fit, verdict), period(proof), _carried_over(fit, proof), _failed(competition)]
+    parts = [
+        _law(fit, verdict),
+        _sites(verdict),
+        period(proof),
+        _carried_over(fit, proof),
+        _failed(competition),
+    ]
     return "; ".join(part for part in parts if part)
 
 
@@ -26,6 +32,14 @@ def _law(fit: Fit, verdict: Verdict) -> str:
     size, odd = (values.max() - values.min()) / 2, f", {law.parity}" if law.parity else ""
     where = f"a force on {law.location} that depends on {law.argument}{odd}"
     return f"{where}, +-{size:.3g} {law.unit} over the range seen"
+
+
+def _sites(verdict: Verdict) -> str:
+    """Where simple laws explain most of it, and which one does first."""
+    if verdict.site is None:
+        return ""
+    told = [f"{s.location} ({s.word}, {s.gain:.0f} nats)" for s in verdict.sites[:NEAREST]]
+    return f"simple laws explain most at {told[0]}" + "".join(f", less at {t}" for t in told[1:])
 
 
 def _carried_over(fit: Fit, proof: Proof) -> str:

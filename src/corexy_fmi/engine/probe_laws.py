@@ -1,0 +1,159 @@
+"""Simple functions of a motion by which a place may be off: what probes are made of.
+
+None of them is a law of the catalogue; together they span what a place can do that is smooth, goes
+with a turn of a motor, or changes with the direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from corexy_fmi.engine.candidates import PLACE_KNOTS, SPEED_KNOTS, TIME_KNOTS
+from corexy_fmi.engine.spread import TIMES
+from corexy_fmi.kernel.call import Array
+
+WAVES = (*range(1, 61), 100, 200)  # over a turn of a motor
+OF_VOLTS = (*range(1, 26), 50, 100, 200)  # the same of a dc motor's torque
+SLOW = 0.02  # share of the highest speed over which a direction turns
+FADES = (1.0, 4.0, 16.0)  # [s] of what fades from the beginning
+CREEPS = (0.02, 0.1, 0.5, 2.0)  # [s] of what follows a load late
+PLAYS = (2e-5, 1e-4, 5e-4)  # [m] of what turns before it slides
+
+Function = tuple[str, str, list[Array]]  # state (CONTRACT 4), word, values (rows,) of each run
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The retuned motion of a run, (rows,) each: time, axes and motors with their speeds, the
+    stretch [m] of both belts from clip to motor, the motors' voltages.
+    """
+
+    time: Array
+    place: dict[str, Array]
+    speed: dict[str, Array]
+    stretch: tuple[Array, Array]
+    voltage: dict[str, Array]
+
+
+def direction(speed: Array) -> Array:
+    """-1 .. 1 (rows,): which way it goes."""
+    return np.tanh(speed / (SLOW * float(np.abs(speed).max()) + 1e-12))
+
+
+def play(place: Array, width: float) -> Array:
+    """What follows a place (rows,) within half a width [m] of it, less that place."""
+    follower, found = place[0], np.empty_like(place)
+    for n, p in enumerate(place.tolist()):
+        follower = min(max(follower, p - width / 2), p + width / 2)
+        found[n] = follower - p
+    return found
+
+
+def _hats(values: list[Array], knots: Array) -> list[list[Array]]:
+    """For each knot the hat function over it, of every run."""
+    return [[np.interp(v, knots, row) for v in values] for row in np.eye(len(knots))]
+
+
+def _range(values: list[Array], count: int) -> Array:
+    low, high = min(v.min() for v in values), max(v.max() for v in values)
+    return np.linspace(low, high if high > low else low + 1.0, count)
+
+
+def of_motor(runs: list[Motion], motor: str) -> Iterator[Function]:
+    """Functions by which a motor's angle may be off."""
+    angles, speeds = [m.place[motor] for m in runs], [m.speed[motor] for m in runs]
+    for k in WAVES:
+        yield "motor_angle", f"{k} waves a turn", [np.sin(k * a) for a in angles]
+        yield "motor_angle", f"{k} waves a turn", [np.cos(k * a) for a in angles]
+    yield "velocity_reversal", "direction", [direction(v) for v in speeds]
+    yield "speed", "speed", speeds
+    yield "speed", "squared speed", [v * np.abs(v) for v in speeds]
+    for r, run in enumerate(runs):
+        for t in np.linspace(run.time[0], run.time[-1], TIMES + 2)[1:-1]:
+            yield (
+                "time",
+                f"a jump near {t:.1f} s",
+                [(m.time > t) * float(q == r) for q, m in enumerate(runs)],
+            )
+
+
+def of_voltage(runs: list[Motion], motor: str) -> Iterator[Function]:
+    """Functions by which the voltage that a motor gets may be off."""
+    angles, volts = [m.place[motor] for m in runs], [m.voltage[motor] for m in runs]
+    for k in OF_VOLTS:
+        for turn in (np.sin, np.cos):
+            waves = [turn(k * a) for a in angles]
+            yield "motor_angle", f"{k} waves a turn", waves
+            yield (
+                "motor_angle",
+                f"{k} waves a turn, times the voltage",
+                [w * v for w, v in zip(waves, volts, strict=True)],
+            )
+    yield "voltage", "its sign", [direction(v) for v in volts]
+    yield "voltage", "its cube", [v**3 for v in volts]
+    yield "voltage", "its rate", [np.gradient(v, m.time) for v, m in zip(volts, runs, strict=True)]
+
+
+def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator[Function]:
+    """Functions that a force on an axis may be; ``heard``: tones [Hz] of the mismatch."""
+    other = "y" if axis == "x" else "x"
+    places, speeds = [m.place[axis] for m in runs], [m.speed[axis] for m in runs]
+    turns = [direction(v) for v in speeds]
+    top = max(float(np.quantile(np.abs(v), 0.99)) for v in speeds) or 1.0
+    for hat in _hats(speeds, top * np.array(SPEED_KNOTS)):
+        yield "speed", "speed", hat
+    for hat in _hats(places, _range(places, PLACE_KNOTS)):
+        yield "position", "position", hat
+        yield "position", "friction by position", [h * d for h, d in zip(hat, turns, strict=True)]
+    for width in PLAYS:
+        yield "velocity_reversal", "way since the last turn", [play(p, width) for p in places]
+    for n in (0, 1):
+        yield (
+            "load",
+            f"friction by the pull of belt {n + 1}",
+            [np.abs(m.stretch[n]) * d for m, d in zip(runs, turns, strict=True)],
+        )
+    for fade in FADES:
+        yield (
+            "time",
+            "fading friction",
+            [np.exp(-(m.time - m.time[0]) / fade) * d for m, d in zip(runs, turns, strict=True)],
+        )
+    for hat in _hats([m.time for m in runs], _range([m.time for m in runs], TIME_KNOTS)):
+        yield "time", "time", hat
+    for f in heard:
+        yield "time", f"a tone of {f:.3g} Hz", [np.sin(2 * np.pi * f * m.time) for m in runs]
+        yield "time", f"a tone of {f:.3g} Hz", [np.cos(2 * np.pi * f * m.time) for m in runs]
+    yield "speed", f"speed of {other}", [m.speed[other] for m in runs]
+
+
+def of_belt(runs: list[Motion], belt: int) -> Iterator[Function]:
+    """Functions by which a belt may be longer than its load says."""
+    drawn = [(m.stretch[belt], m.time) for m in runs]
+    for power, word in ((1, "pull"), (2, "squared pull"), (3, "cubed pull")):
+        yield "load", word, [d**power for d, _ in drawn]
+    yield "load", "size of the pull", [np.abs(d) for d, _ in drawn]
+    yield "load", "rate of the pull", [np.gradient(d, t) for d, t in drawn]
+    for axis in ("x", "y"):
+        places = [m.place[axis] for m in runs]
+        by_place = [d * p for (d, _), p in zip(drawn, places, strict=True)]
+        yield "load", f"pull by position {axis}", by_place
+    for creep in CREEPS:
+        yield "load", "pull of a while ago", [_late(d, t, creep) for d, t in drawn]
+
+
+def of_idler(runs: list[Motion], radius: float) -> Iterator[Function]:
+    """Functions by which an idler on the bridge may be off its centre."""
+    for turn in (np.sin, np.cos):
+        yield "motor_angle", "a wave a turn", [turn(m.place["x"] / radius) for m in runs]
+
+
+def _late(values: Array, time: Array, constant: float) -> Array:
+    """Values through a first-order lag [s]; rows are taken for even."""
+    share = float(1 - np.exp(-np.median(np.diff(time)) / constant))
+    found, _ = lfilter([share], [1, share - 1], values, zi=[(1 - share) * values[0]])
+    return np.asarray(found)

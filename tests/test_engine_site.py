@@ -1,0 +1,150 @@
+"""Where the mismatch lies, without a name: the true entry is never asked, only simple laws are."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from engine_kit import (
+    BACKLASH,
+    DELAY,
+    MISMATCH,
+    NOISE,
+    STRIBECK,
+    machine,
+    other_motion,
+    problem,
+    record,
+    rich_motion,
+    with_effects,
+)
+
+from corexy_fmi.engine.entries import Competition
+from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.noise import white
+from corexy_fmi.engine.probe_laws import WAVES, play
+from corexy_fmi.engine.responses import swing
+from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.site import Site, elsewhere, sites
+from corexy_fmi.engine.specification import LEAST
+from corexy_fmi.engine.verdict import Verdict, misplaced
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
+
+PLANTED = [
+    (STRIBECK, "x", "speed"),
+    (EffectUse("friction_vs_position", "y", {"extra": 0.8, "center": 0.0, "width": 0.005}), "y",
+     "position"),
+    (BACKLASH, "motor1", None),
+    (EffectUse("microstep_error", "motors", {"amplitude": 4e-3, "phase": 0.4}), "motors",
+     "motor_angle"),
+    (MISMATCH, "belts", "load"),
+    (EffectUse("belt_relaxation", "belts", {"ratio": 0.2, "time_constant": 0.3}), "belts", "load"),
+    (DELAY, "sensor", "speed"),
+    (EffectUse("axis_skew", "sensor", {"angle": 4e-3}), "sensor", "position"),
+    (EffectUse("tool_mode", "tool", {"mass": 0.02, "frequency": 25.0, "damping_ratio": 0.05}),
+     "tool", "acceleration"),
+    (EffectUse("racking", "bridge", {"stiffness": 60.0, "inertia": 1e-3}), "bridge", "position"),
+]  # fmt: skip
+DC = [
+    (EffectUse("winding_lag", "motors", {"time_constant": 1e-3}), "motors", "voltage"),
+    (EffectUse("torque_ripple", "motors", {"ratio": 0.2, "order": 7.0, "phase": 0.3}), "motors",
+     "motor_angle"),
+]  # fmt: skip
+
+
+def asked(nominal, *uses, channels=("x", "y")):
+    """Sites of a machine whose recording has effects that its file lacks."""
+    truth = with_effects(machine(nominal), *uses)
+    shown = record(truth, rich_motion(), channels=channels)
+    base = retune(bundled_layout(), machine(nominal), problem(shown, machine(nominal)).runs)
+    known = replace(base.problem, noise=((white(NOISE),) * len(channels),))
+    return sites(Competition(minimise(known, base.u), (), (), 1.0), map)
+
+
+@pytest.mark.parametrize(("use", "place", "state"), PLANTED, ids=[u.name for u, _, _ in PLANTED])
+def test_simple_laws_find_the_place(use, place, state):
+    found = asked("yin2018", use)
+    assert found[0].location == place, found[:3]
+    assert found[0].gain > 2 * LEAST
+    assert state in (None, found[0].state)
+    assert found[0].probability > 0.9
+    assert sum(s.probability for s in found) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("use", "place", "state"), DC, ids=[u.name for u, _, _ in DC])
+def test_a_dc_motor_is_asked_by_its_voltage(use, place, state):
+    found = asked("yin2018_dc", use, channels=("x", "y", "phi1_meas", "phi2_meas"))
+    assert (found[0].location, found[0].state) == (place, state), found[:3]
+
+
+@pytest.mark.parametrize("nominal", ["yin2018", "light_bench", "yin2018_dc"])
+def test_where_nothing_is_missing_no_place_pays(nominal):
+    assert all(s.gain < LEAST / 2 for s in asked(nominal))
+
+
+def test_other_stages_are_not_asked():
+    bare = machine("yin2018", fidelity="kinematic")
+    base = retune(bundled_layout(), bare, problem(record(bare, other_motion()), bare).runs)
+    assert sites(Competition(base, (), (), 1.0), map) == []
+
+
+def said(word, *locations, gain=100.0):
+    hypothesis = SimpleNamespace(places=list(locations), label="a cause", law=None)
+    entry = SimpleNamespace(hypothesis=hypothesis, gain=gain) if locations else None
+    return Verdict(word, entry)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "site", "word"),
+    [
+        (said("explained", "belts"), Site("sensor", 150.0), "unexplained"),
+        (said("explained", "belts"), Site("sensor", 105.0), "explained"),  # within the threshold
+        (said("explained", "belts"), Site("belts", 500.0), "explained"),  # a better law there
+        (said("explained", "motor1"), Site("motors", 500.0), "explained"),  # holds it
+        (said("explained", "pulley7"), Site("motor2", 500.0), "explained"),  # turns with it
+        (said("explained", "sensor", "x"), Site("x", 500.0), "explained"),  # one of two
+        (said("ambiguous", "tool"), Site("frame", 150.0), "unexplained"),
+        (said("nothing_missing"), Site("motors", LEAST + 1), "unexplained"),
+        (said("nothing_missing"), Site("motors", LEAST - 1), "nothing_missing"),
+        (said("unexplained", "x"), Site("y", 500.0), "unexplained"),
+    ],
+)
+def test_a_place_that_explains_more_refutes_a_cause_elsewhere(verdict, site, word):
+    found = misplaced(verdict, [site])
+    assert found.word == word
+    if word != verdict.word:
+        assert found.entry is None
+        assert found.refuted is verdict.entry
+        assert site.location in found.reason
+
+
+def test_all_members_of_a_class_are_excused():
+    verdict = said("ambiguous", "x")
+    verdict = Verdict("ambiguous", verdict.entry, (((("a", "x"),), (("b", "sensor"),)),))
+    assert elsewhere([Site("sensor", 900.0)], verdict.places, 100.0) is None
+    assert elsewhere([Site("tool", 900.0)], verdict.places, 100.0) is not None
+
+
+def test_a_law_far_better_than_all_places_keeps_its_own():
+    verdict = said("unexplained", "x", gain=300.0)
+    assert Verdict("unexplained", verdict.entry, sites=(Site("y", 100.0),)).site is None
+    assert Verdict("unexplained", verdict.entry, sites=(Site("y", 200.0),)).site is not None
+
+
+def test_play_follows_within_its_width():
+    way = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, 0, 50)])
+    off = play(way, 0.2)
+    assert off.min() == pytest.approx(-0.1)
+    assert off.max() == pytest.approx(0.1)
+
+
+def test_a_mass_on_a_spring_comes_to_rest_where_statics_say():
+    time = np.arange(5000) * 1e-3
+    bent = swing(np.full(5000, 2.0), time, 10.0)
+    assert bent[-1] == pytest.approx(2.0 / (2 * np.pi * 10.0) ** 2, rel=1e-3)
+    assert np.argmax(bent) * 1e-3 == pytest.approx(0.05, abs=2e-3)  # half a period
+
+
+def test_waves_reach_full_steps():
+    assert {1, 2, 50, 200} <= set(WAVES)
