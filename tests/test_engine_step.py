@@ -8,7 +8,7 @@ from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion,
 
 from corexy_fmi.engine import retune
 from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
-from corexy_fmi.engine.micro_step import AT_EASE
+from corexy_fmi.engine.micro_step import AT_EASE, damped
 from corexy_fmi.engine.search import stiffened
 from corexy_fmi.engine.signature import raw_changes
 from corexy_fmi.engine.slopes import BROKEN
@@ -37,11 +37,35 @@ def test_the_step_of_a_pole_or_of_belts_is_lengthened_as_far_as_it_is_stable(use
     assert costs(chosen.residual(np.zeros((1, chosen.size))))[0] < BROKEN
 
 
-def test_damped_belts_take_the_step_of_their_mildest_start():
-    damped = [("belt_damping", "belts")]
-    exact, searched, longer = (posed(damped, coarse=c).limit for c in (1.0, 2.0, 4.0))
-    assert exact < searched < posed(coarse=2.0).limit
-    assert searched == longer
+def at(chosen, time):
+    """u with belts damped by so many seconds."""
+    u = np.zeros(chosen.size)
+    k = chosen.keys.index("belt_damping.belts.time")
+    u[k] = chosen.unknowns[k].internal(time)
+    return u
+
+
+def test_the_step_of_damped_belts_follows_their_damping():
+    """Undamped it is that of the bare machine; then halved until it is stable."""
+    chosen = posed([("belt_damping", "belts")], coarse=2.0)
+    assert chosen.limit == posed(coarse=2.0).limit
+    tried = [1e-5, 1e-3, 3e-3]
+    vectors = [chosen.vectors(at(chosen, t)[None], 0) for t in tried]
+    steps = [
+        damped(chosen.layout, chosen.machine, v, chosen.damping, chosen.limit) for v in vectors
+    ]
+    assert steps[0] == chosen.limit > steps[1] > steps[2]
+    for time in tried:
+        rough, exact = (replace(chosen, coarse=c) for c in (2.0, 0.25))
+        change = rough.residual(at(rough, time)[None]) - exact.residual(at(exact, time)[None])
+        assert costs(change)[0] < HIDDEN
+
+
+def test_the_most_damped_set_decides():
+    chosen = posed([("belt_damping", "belts")])
+    mild, strong = at(chosen, 1e-5), at(chosen, 3e-3)
+    alone = chosen.residual(np.array([strong, strong]))[0]
+    assert np.array_equal(chosen.residual(np.array([mild, strong]))[1], alone)
 
 
 def test_the_longest_step_that_changes_next_to_nothing_is_taken():

@@ -14,6 +14,7 @@ from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
+STABLE, HALVINGS = 2.0, 5  # steps beyond the own one of damped belts that are stable; at most
 AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
 
 
@@ -22,20 +23,30 @@ def needed(
 ) -> float:
     """Micro-step [s] that the effects need where they begin; infinite without such.
 
-    ``coarse`` lengthens it up to `AT_EASE` times.  Damped belts, whose rates are extrapolated, take
-    no longer one; there the mildest start decides in place of the quickest.
+    ``coarse`` lengthens it up to `AT_EASE` times.  Effects that damp belts are left out: their
+    steps follow from the damping at hand (`damped`).
     """
     steps = [np.inf]
     for instance in hypothesis.uses:
-        found = _needed_by(layout, machine, base, instance)
-        if found and coarse > 1:
-            found = [max(found)] if _damps(instance) else [min(coarse, AT_EASE) * h for h in found]
-        steps += found
+        if not damps(instance):
+            found = _needed_by(layout, machine, base, instance)
+            steps += [min(coarse, AT_EASE) * h for h in found]
     return float(min(steps))
 
 
+def damped(
+    layout: Layout, machine: Machine, vectors: Array, sizes: list[int], limit: float
+) -> float:
+    """Micro-step [s] for these vectors (sets, n), whose belts are damped by the numbers at
+    ``sizes``: ``limit`` halved until the rates that the most damped set extrapolates stay stable.
+    """
+    worst = vectors[np.argmax(vectors[:, sizes].sum(axis=1))]
+    need = STABLE * own_step(layout, worst.tobytes(), machine.stage, machine.drive)
+    return limit / 2.0 ** min(max(np.ceil(np.log2(limit / need)), 0.0), HALVINGS)
+
+
 @lru_cache(maxsize=1024)
-def _damps(instance: Instance) -> bool:
+def damps(instance: Instance) -> bool:
     """Whether an effect damps belts."""
     laws = [law for law in instance.effect.laws if law.port == "belt"]
     return any(writes_damping(instance.effect, law) for law in laws)

@@ -15,7 +15,7 @@ import numpy as np
 
 from corexy_fmi.engine.free_form import law_unknowns, write_law
 from corexy_fmi.engine.holding import deflection_scale
-from corexy_fmi.engine.micro_step import SHORTEST, needed, own_step
+from corexy_fmi.engine.micro_step import SHORTEST, damped, damps, needed, own_step
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.engine.scaling import eased, unseen
@@ -49,8 +49,8 @@ class Problem:
 
     ``noise`` holds one `Noise` for each channel of each run; ``pinned`` fixes nominal parameters.
     ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
-    effects need where they begin; 0, each machine's own, where pinned.  ``coarse`` lengthens the
-    both.
+    effects need where they begin; 0, each machine's own, where pinned.  ``coarse`` lengthens
+    both.  Where the hypothesis damps belts, it is halved as the damping at hand asks.
     """
 
     layout: Layout
@@ -174,18 +174,31 @@ class Problem:
         found[:, :2] *= deflection_scale(self.machine)
         return found
 
+    @cached_property
+    def damping(self) -> list[int]:
+        """Where in the kernel's vector it stands how much the hypothesis damps belts."""
+        return [
+            i.parameter + k
+            for i in self.hypothesis.uses
+            if damps(i)
+            for k, p in enumerate(i.effect.parameters)
+            if p.size
+        ]
+
     def simulate(self, u: Array, run: int, outputs: tuple[str, ...] | None = None) -> Array:
         """Outputs (sets, channels, rows) of a run."""
-        r = self.runs[run]
+        r, vectors, limit = self.runs[run], self.vectors(u, run), self.limit
+        if self.damping and limit > 0:
+            limit = damped(self.layout, self.machine, vectors, self.damping, limit)
         return run_lanes(
             self.layout,
             r.excitation,
-            self.vectors(u, run),
+            vectors,
             fidelity=self.machine.stage,
             dc=self.machine.drive == "dc",
             rest=self.rest(u, run),
             channels=outputs or r.outputs,
-            limit=self.limit,
+            limit=limit,
         )
 
     def errors(self, u: Array, run: int) -> list[Array]:
