@@ -106,7 +106,9 @@ def main() -> None:
     """Run one case and print one screen."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--catalogue", choices=("ten", "full"), default="ten")
+    parser.add_argument(
+        "--catalogue", choices=("ten", "full"), default="full", help="what the plant draws from"
+    )
     parser.add_argument("--no-controls", action="store_true", help="only the blind case itself")
     arguments = parser.parse_args()
     console, begun = Console(width=132), time.monotonic()

@@ -1,8 +1,8 @@
 """The score of `make blind` over its seeds: drawn and diagnosed as there, without the controls.
 
 ``python -m benchmarks.concealed.seeds [--shard i/n] [--minutes M]`` goes on where it stopped.
-The plant draws one of ten effects, a pair, nothing or a cause outside its catalogue; all the
-package's effects compete.
+The plant draws one of 35 effects, a pair, nothing or a cause outside its catalogue; all effects
+compete.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
     parser.add_argument("--out", type=Path, default=STORE)
     given, begun = parser.parse_args(), time.monotonic()
-    every = [(f"seed-{n}", {"catalogue": "ten"}) for n in range(SEEDS)]
+    every = [(f"seed-{n}", {"catalogue": "full"}) for n in range(SEEDS)]
     cases, out = waiting(every, given.shard, given.out, lambda entry: True)
     for name, wanted in track(cases, description="blind seeds"):
         if time.monotonic() - begun > 60 * given.minutes:

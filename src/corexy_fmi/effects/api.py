@@ -21,7 +21,7 @@ DYNAMIC = ("full", "reduced", "condensed")
 EVERYWHERE = (*DYNAMIC, "kinematic")
 ROTOR_TEETH = 50  # of a stepper motor with steps of 1.8 degrees: electrical cycles a turn
 TWO_PI = 6.283185307179586
-PHASES = (0.0, TWO_PI / 3, -TWO_PI / 3)  # starts of a phase
+PHASES = (0.0, TWO_PI / 4)  # starts of a phase: together they span a wave
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_places
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import (
-    SHY,
     TRIED,
     Score,
     changes,
@@ -65,7 +64,7 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
         return _law_lead(base, hypothesis, problem, u, q)
     instance = hypothesis.uses[-1]
     found = _scored(base, problem, instance, q, offered)
-    tried = TRIED * len(SHY) if instance.effect.size.over == "threshold" else TRIED
+    tried = 2 * TRIED if instance.effect.size.over == "threshold" else TRIED
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:tried]])
     gains = _reach(base, problem, starts, q)
     order = np.argsort(-gains, kind="stable")[:KEPT]
