@@ -17,7 +17,7 @@ from engine_kit import (
     with_effects,
 )
 
-from corexy_fmi.effects import catalogue
+from corexy_fmi.effects import api, catalogue
 from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.local import last_parts, shows
 from corexy_fmi.engine.model import effect_table, tuned_machine
@@ -90,7 +90,7 @@ def test_tones_of_the_residuals_are_starts():
     instance = bundled_layout().find("periodic_disturbance", "y")
     rows = combinations(instance, offered)
     assert {row["frequency"] for row in rows} == set(offered.frequency)
-    assert sorted(map(len, groups(instance, rows))) == [3] * len(offered.frequency)
+    assert sorted(map(len, groups(instance, rows))) == [len(api.PHASES)] * len(offered.frequency)
 
 
 def test_samples_that_were_not_taken_shift_no_tone():
@@ -227,7 +227,9 @@ def test_the_step_is_one_that_the_effects_starts_need():
     recording = record(with_effects(machine(), STRIBECK), short_motion())
     bare = problem(recording, machine()).limit
     assert problem(recording, machine(), [("sensor_lag", "sensor")]).limit == bare
-    assert problem(recording, machine(), [("belt_damping", "belts")]).limit < bare / 1.5
+    assert (
+        problem(recording, machine(), [("belt_stiffness_vs_position", "belts")]).limit < bare / 1.5
+    )
 
 
 def test_a_search_from_stiffer_belts_holds_them():
