@@ -20,6 +20,10 @@ from corexy_fmi.engine.evidence import (
 )
 
 NOISE = 2e-5  # [m]
+SITES = (
+    {"location": "x", "gain": 240.0, "state": "speed", "word": "speed", "probability": 0.99},
+    {"location": "belts", "gain": 61.5, "state": "load", "word": "pull", "probability": 0.01},
+)
 VERDICTS = ("explained", "ambiguous", "unexplained", "nothing_missing")
 
 
@@ -235,6 +239,7 @@ def make_document(verdict: str = "explained") -> dict[str, Any]:
             "path": [],
             "frequency": [0.0, 40.0],
             "confidence": 0.99,
+            "sites": [] if nothing else list(SITES),
         },
         "fit": _fit(verdict),
         "heldout": {

@@ -172,6 +172,10 @@ def test_unexplained_says_where_and_how():
     assert "Something is missing on the x axis, and no known cause fits it." in text
     assert "A force on x that depends on vx, ±0.24 N over the range seen." in text
     assert "Read the law below" in text
+    assert "Where it may lie" in text
+    assert "On the x axis" in text
+    assert "61.5" in text
+    assert "Where it may lie" not in usual("explained").text
 
 
 def test_nothing_missing_points_at_the_bounds():

@@ -36,7 +36,8 @@ def earlier() -> list[str]:
     groups: dict[str, list[Entry]] = {}
     for e in read(RESULTS / "earlier.jsonl"):
         full = e["wanted"].get("catalogue") == "full"
-        groups.setdefault(e["commit"][:12] + ", all 35 effects" * full, []).append(e)
+        run = e.get("origin", e["commit"])[:12]  # one engine, whatever else was committed in it
+        groups.setdefault(run + ", all 35 effects" * full, []).append(e)
     if not groups:
         return []
     lines = ["## Earlier runs", "", "Runs of engines that were changed since, on other seeds:", ""]

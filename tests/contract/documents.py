@@ -84,6 +84,10 @@ def _located(document: Mapping[str, Any]) -> Problems:
     if band is not None and not (len(band) == 2 and 0 <= band[0] <= band[1]):
         yield f"located.frequency: {band!r}"
     yield from _number(located, "confidence", "located", 0.0, 1.0)
+    for site in located.get("sites", []):
+        if site["location"] not in COORDINATES or not _finite(site["gain"]):
+            yield f"located.sites: {site!r}"
+        yield from _number(site, "probability", "located.sites", 0.0, 1.0)
 
 
 def _fit(document: Mapping[str, Any]) -> Problems:

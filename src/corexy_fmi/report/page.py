@@ -80,6 +80,7 @@ def _tables(document: Mapping[str, Any], evidence: Evidence) -> dict[str, Any]:
     return {
         "parameters": tables.parameters(document),
         "retuned": tables.retuned(document),
+        "sites": tables.sites(document),
         "runners_up": tables.runners_up(document, evidence),
         "alternatives": tables.alternatives(document),
         "not_excluded": tables.not_excluded(document),

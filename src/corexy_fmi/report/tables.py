@@ -17,7 +17,7 @@ from corexy_fmi.report.quantities import (
     with_interval,
 )
 from corexy_fmi.report.units import heldout_unit
-from corexy_fmi.report.words import cause, effect_name, sentence
+from corexy_fmi.report.words import cause, effect_name, place, sentence
 
 Document = Mapping[str, Any]
 LIMIT = 300  # rows of one table; more is told in its caption
@@ -93,6 +93,19 @@ def runners_up(document: Document, evidence: Evidence) -> Table:
     caption = "Log evidence gained over the retuned machine."
     chances = [r.probability for r in evidence.runners_up]
     return _table(caption, [headers[i] for i in told], rows, chances)
+
+
+def sites(document: Document) -> Table:
+    """Where simple laws would explain an unexplained mismatch, the best place first."""
+    told = (document.get("located") or {}).get("sites") or []
+    rows = [
+        (sentence(place(s["location"])), s["word"], number(s["gain"]))
+        for s in told
+        if document.get("verdict") == "unexplained"
+    ]
+    caption = "What simple laws at a place gain over the retuned machine, and the best of them."
+    chances = [s["probability"] for s in told][: len(rows)]
+    return _table(caption, ("place", "best law there", ">gain [nats]"), rows, chances)
 
 
 def not_excluded(document: Document) -> Table:
