@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from corexy_fmi.engine.again import by_parity, leaders, matched, polished, refined, repolish
+from corexy_fmi.engine.bold import bold_fits
 from corexy_fmi.engine.candidates import hypotheses
 from corexy_fmi.engine.elsewhere import elsewhere
 from corexy_fmi.engine.entries import (
@@ -109,6 +110,8 @@ def compete(
     fits = search(base, singles, mapper, FINALISTS)
     fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
+    if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
+        fits = sorted([*fits, *bold_fits(base, singles, mapper)], key=rank)
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")

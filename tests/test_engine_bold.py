@@ -1,0 +1,32 @@
+"""Friction that breaks away is begun at its declared size where nothing else pays."""
+
+import numpy as np
+from engine_kit import STRIBECK, machine, other_motion, problem, record, rich_motion, with_effects
+
+from corexy_fmi.engine.bold import bold_fits
+from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.entries import THRESHOLD
+from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.search import rank
+from corexy_fmi.kernel.layout import bundled_layout
+
+
+def tried(*uses, motion=rich_motion):
+    shown = record(with_effects(machine(), *uses), motion())
+    base = retune(bundled_layout(), machine(), problem(shown, machine()).runs)
+    return base, bold_fits(base, hypotheses(base.problem, base.u), map)
+
+
+def test_a_peak_is_found_from_its_declared_size():
+    base, found = tried(STRIBECK)
+    best = min(found, key=rank)
+    assert base.cost - rank(best) > 10 * THRESHOLD
+    assert best.problem.hypothesis.key in [(("stribeck_friction", n),) for n in ("x", "xy")]
+    ratio = best.value(f"stribeck_friction.{best.problem.hypothesis.uses[0].location}.static_ratio")
+    assert abs(ratio - 2.5) < 0.5
+    assert np.isfinite([fit.cost for fit in found]).all()
+
+
+def test_without_one_nothing_is_kept_that_pays():
+    base, found = tried(motion=other_motion)
+    assert all(base.cost - rank(fit) < THRESHOLD for fit in found)
