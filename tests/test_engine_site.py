@@ -22,8 +22,8 @@ from engine_kit import (
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.noise import white
+from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
-from corexy_fmi.engine.responses import swing
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import Site, elsewhere, sites
 from corexy_fmi.engine.specification import LEAST

@@ -14,15 +14,13 @@ from scipy.signal import lfilter
 
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.noise import quick_noise
+from corexy_fmi.engine.outputs import outputs
 from corexy_fmi.engine.probe_laws import Motion
 from corexy_fmi.engine.probes import Probe, probes
 from corexy_fmi.kernel.call import Array, Excitation
-from corexy_fmi.topology import STAGES
 
 SIZE = 2.0  # of a probe, in the noise of the quieter of x and y
 USUAL, VOLTS = 1e-5, 0.02  # [m] of that noise where neither is measured; [V] of a probe
-MODES = tuple(np.geomspace(3.0, 100.0, 12))  # [Hz] of what swings on the stage, or under it
-DAMPED = 0.05  # its damping ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,102 +94,14 @@ def quietest(fit: Fit) -> float:
     return min(sizes, default=USUAL)
 
 
-def shown(fit: Fit, runs: list[Motion], q: Array) -> Iterator[Response]:
-    """The responses to what is added to the outputs x and y."""
-    outputs = [*_sensor(runs), *_swinging(fit, runs), *_turning(fit, runs)]
-    for location, state, word, off in outputs:
-        yield Response(location, state, word, _off(added(fit, off), q))
-
-
-Added = tuple[str, str, str, list[dict[str, Array]]]  # location, state, word, by channel
-
-
-def _sensor(runs: list[Motion]) -> Iterator[Added]:
-    """What a sensor may misread, each of its axes for itself, or both late alike."""
-    for axis in ("x", "y"):
-        for word in ("x", "y", "xx", "xy", "yy"):
-            yield (
-                "sensor",
-                "position",
-                f"{axis} by {word}",
-                [{axis: np.prod([m.place[w] for w in word], axis=0)} for m in runs],
-            )
-        yield "sensor", "speed", f"{axis} late", [{axis: m.speed[axis]} for m in runs]
-        yield (
-            "sensor",
-            "time",
-            f"{axis} ever later",
-            [{axis: (m.time - m.time[0]) * m.speed[axis]} for m in runs],
-        )
-    yield "sensor", "speed", "both late", [{a: m.speed[a] for a in "xy"} for m in runs]
-    yield (
-        "sensor",
-        "time",
-        "both ever later",
-        [{a: (m.time - m.time[0]) * m.speed[a] for a in "xy"} for m in runs],
-    )
-
-
-def swing(values: Array, time: Array, frequency: float) -> Array:
-    """Where a mass on a damped spring comes to under these accelerations (rows,)."""
-    dt, w = float(np.median(np.diff(time))), 2 * np.pi * frequency
-    decay, turn = np.exp(-DAMPED * w * dt), np.cos(w * np.sqrt(1 - DAMPED**2) * dt)
-    poles = [1.0, -2 * decay * turn, decay**2]
-    return np.asarray(lfilter([0.0, sum(poles) / w**2], poles, values))
-
-
-def _swinging(fit: Fit, runs: list[Motion]) -> Iterator[Added]:
-    """A tool that lags behind the accelerations of both axes, or a frame that their forces move."""
-    values = fit.problem.machine.parameters
-    carriage = values["carriage_mass"]
-    masses = {"x": carriage, "y": carriage + values["bridge_mass"] + 4 * values["pulley_mass"]}
-    accelerations = [{a: np.gradient(m.speed[a], m.time) for a in "xy"} for m in runs]
-    times = [m.time for m in runs]
-    for location, weights in (("tool", dict.fromkeys("xy", 1.0)), ("frame", masses)):
-        for f in MODES:
-            bent = [
-                {axis: weights[axis] * swing(values, t, f) for axis, values in pair.items()}
-                for pair, t in zip(accelerations, times, strict=True)
-            ]
-            late = [
-                {axis: np.gradient(values, t) for axis, values in pair.items()}
-                for pair, t in zip(bent, times, strict=True)
-            ]
-            yield location, "acceleration", f"a mode near {f:.0f} Hz", bent
-            yield location, "acceleration", f"a mode near {f:.0f} Hz, damped", late
-
-
-def _turning(fit: Fit, runs: list[Motion]) -> Iterator[Added]:
-    """A bridge that the belts turn: y by x times the turn."""
-    stage = STAGES[fit.problem.machine.stage]
-    arms = np.array([s.yaw_arm for s in stage.sections], dtype=float)
-    names = tuple(f"tension{n + 1}" for n in np.flatnonzero(arms))
-    if not names:
-        return
-    pulls = [
-        arms[arms != 0] @ fit.problem.simulate(fit.u[None], r, names)[0] for r in range(len(runs))
-    ]
-    for f in (*MODES, 1e3):
-        word = "its turn" if f == MODES[-1] else f"a mode near {f:.0f} Hz"
-        yield (
-            "bridge",
-            "position",
-            word,
-            [
-                {
-                    "y": m.place["x"]
-                    * swing(p, m.time, min(f, 0.1 / float(np.median(np.diff(m.time)))))
-                }
-                for m, p in zip(runs, pulls, strict=True)
-            ],
-        )
-
-
 def responses(fit: Fit, runs: list[Motion], q: Array, mapper: Mapper) -> Iterator[list[Response]]:
     """Responses to all probes, what retuning can do (its orthonormal ``q``) taken off, a kind of
     place at a time: they take some room.
     """
     size = SIZE * quietest(fit)
-    yield [*shown(fit, runs, q)]
+    yield [
+        Response(location, state, word, _off(added(fit, off), q))
+        for location, state, word, off in outputs(fit, runs)
+    ]
     for kind in probes(fit, runs):
         yield [*mapper(lambda probe: moved(fit, probe, q, size), kind)]
