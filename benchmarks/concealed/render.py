@@ -89,17 +89,17 @@ def full(entries: list[Entry]) -> list[str]:
         "## All 35 effects",
         "",
         f"`python -m benchmarks.concealed.proof --catalogue full`: {len(entries)} sealed cases so "
-        f"far, at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}; the "
-        "engine is that of a907e02 in all of them. All 35 effects are planted, and all compete. "
-        "Mended since, for what these cases showed: tones of the residuals were misread where "
-        "samples are blank (periodic_disturbance-0, left open here, is named with 408 nats now), "
-        "and a leftover of 13 deviations passed (sensor_lag-0, struck).",
+        f"far, engine at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}. "
+        "All 35 effects are planted, and all compete. From this run on every place is asked by "
+        "simple laws (docs/engine.md, 7); that was made on the struck cases of the run before "
+        "(a907e02, below: right coordinate 7 of 29, confidently misnamed 4 of 29).",
         "",
         *tables(entries, "full", FULL_AIMS),
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
         "`driver_deadband`, the knee of `supply_saturation`, a soft onset of `belt_slack`, "
-        "`load_friction` by both forces) are inside the catalogue since. 26 cases of 46916cf are "
+        "`load_friction` by both forces, a cable that stiffens) are inside the catalogue since. "
+        "26 cases of 46916cf are "
         "in no table: they were lost with the machine that ran them (13 of 18 effects right, 3 a "
         "class, 1 left open, wrong 0, nulls 5 of 5, pair and outside right, as far as seen), as "
         "were the last ten or so of e910964 (presliding_hysteresis-0 wrong: y for xy). The guard's "
