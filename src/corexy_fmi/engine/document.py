@@ -184,10 +184,9 @@ def _chance(competition: Competition, coordinate: str) -> float:
 
 
 def _place(hypothesis: Any) -> tuple[str, str]:
-    if hypothesis.law:
-        return hypothesis.law.location, ARGUMENT_STATE[hypothesis.law.argument]
-    first = hypothesis.uses[0]
-    return first.effect.coordinate or first.location, first.effect.state
+    law = hypothesis.law
+    state = ARGUMENT_STATE[law.argument] if law else hypothesis.uses[0].effect.state
+    return hypothesis.places[0], state
 
 
 def fit_rows(proof: Proof) -> list[dict[str, Any]]:

@@ -21,8 +21,8 @@ from corexy_fmi.kernel.layout import Instance
 TRIED = 2 * LANES  # starts that are scored, and then tried, at once
 ACTS, ZOOMS = 1e-3, 2  # [std] by which an effect shows at all; rounds that find where
 WITHIN = (1e-3, 0.3)  # how far within the threshold half of the fits begin, as shares of it
-SHY = (0.0, 0.125, 0.4)  # of the way, on a logarithmic scale, to where a start would grow
 DEEP = (0.6, 0.05)  # of it, from which the others begin: one stray sample may set the threshold
+SHY = (0.0, 0.125, 0.4)  # of the way, on a logarithmic scale, to where a start would grow
 
 
 def row_of(problem: Problem, u: Array, instance: Instance, values: Mapping[str, float]) -> Array:
