@@ -37,6 +37,7 @@ EFFECT = Effect(
             (1.0,),
             size=True,
             local=True,
+            whole=True,
         ),
         Parameter(
             "time",

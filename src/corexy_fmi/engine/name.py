@@ -29,6 +29,7 @@ from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.rough import softened
 from corexy_fmi.engine.search import CLOSE, FINALISTS, rank, search
 from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.whole import whole
 
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 
@@ -54,6 +55,7 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     found = search(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
     if not found:
         return []
+    found = sorted(mapper(whole, found), key=rank)
     single = polished(named[0], found[0])
     fits[fits.index(named[0])] = named[0] = single
     added = found[0].problem.hypothesis.uses[-1]
@@ -61,7 +63,7 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     if alone is not None and _pays(named[0], found[0], base):
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
-        found += search(alone, _extended(alone, others), mapper, 2, THRESHOLD)[:2]
+        found += mapper(whole, search(alone, _extended(alone, others), mapper, 2, THRESHOLD)[:2])
     return [f for f in found if _pays(named[0], f, base)]
 
 
@@ -112,6 +114,7 @@ def compete(
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
         fits = sorted([*fits, *bold_fits(base, singles, mapper)], key=rank)
+    fits = sorted(mapper(lambda f: whole(f) if rank(f) < base.cost else f, fits), key=rank)
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")

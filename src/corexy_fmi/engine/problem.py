@@ -80,7 +80,9 @@ class Problem:
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
             unknowns += law_unknowns(self.layout, self.hypothesis.law)
-        object.__setattr__(self, "unknowns", tuple(unknowns))
+        counts = dict(self.hypothesis.counts)
+        held = (x.near(counts[x.key]) if x.key in counts else x for x in unknowns)
+        object.__setattr__(self, "unknowns", tuple(held))
         object.__setattr__(self, "base", base)
         limit = 0.0 if self.pinned else self._limit(base)
         object.__setattr__(self, "limit", limit)

@@ -27,6 +27,7 @@ STIFFNESS = (
 SMOOTHING = "friction_smoothing"  # numerics of sgn: a nuisance, always free (ENGINE 3.2, row 1)
 SMOOTH_SPEED = 2e-4  # [m/s] its scale
 REACH = 6.0  # a nominal parameter stays within this factor of the machine file
+WITHIN = 0.02  # share by which a count of steps may be off: the radius is not known any better
 ANY_EXTENT = {"1": math.inf, "Hz": math.inf}  # turns of a motor, seconds
 COLLINEAR = {"pulley_mass": ("bridge_mass", 4)}  # held: four of it act as that does, in M (eq. 4)
 
@@ -66,6 +67,11 @@ class Unknown:
         inside = min(max(value, self.bounds[0]), self.bounds[1])
         return math.log(inside / self.centre) if self.log else (inside - self.centre) / self.scale
 
+    def near(self, count: int) -> Unknown:
+        """The same, held near a whole number."""
+        away = WITHIN * abs(count)
+        return replace(self, bounds=(count - away, count + away))
+
     def limits(self) -> tuple[float, float]:
         """Bounds of u."""
         low, high = self.bounds
@@ -81,6 +87,7 @@ class Hypothesis:
     uses: tuple[Instance, ...] = ()
     law: LawShape | None = None
     shaped: bool = False  # parameters of an effect's shape are fitted too
+    counts: tuple[tuple[str, int], ...] = ()  # unknowns held near a whole number (`whole.py`)
 
     @property
     def key(self) -> tuple[tuple[str, str], ...]:

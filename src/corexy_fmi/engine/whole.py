@@ -1,0 +1,70 @@
+"""Counts are whole: a rotor falls back by whole steps, and a part of one is another effect.
+
+An effect's count is fitted as any number; then the fit is begun again with it held near the whole
+numbers beside where it ended, none of which may be all zero.  A jump of 1.6 steps has to pay as two
+or as one: what an offset, a loose pulley or a slow drift shows is not taken for lost steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.restart import best
+from corexy_fmi.engine.unknowns import WITHIN
+
+AGAIN = 8  # iterations of a fit with its counts held
+CLEAR = 0.25  # from a whole number up to which only that one is tried
+MOST = 8  # sets of counts that are tried
+
+
+def whole(fit: Fit) -> Fit:
+    """The fit with its counts near whole numbers; as it is where they are, or where it has none."""
+    found = _counts(fit)
+    if not found or fit.problem.hypothesis.counts or all(_is_whole(v) for v in found.values()):
+        return fit
+    return best([_held(fit, counts) for counts in _beside(found)])
+
+
+def _counts(fit: Fit) -> dict[str, float]:
+    """Value of each count among the unknowns, by key."""
+    marked = {
+        f"{i.effect.name}.{i.location}.{p.name}"
+        for i in fit.problem.hypothesis.uses
+        for p in i.effect.parameters
+        if p.whole
+    }
+    return {
+        x.key: float(x.value(fit.u[k]))
+        for k, x in enumerate(fit.problem.unknowns)
+        if x.key.partition("@")[0] in marked
+    }
+
+
+def _is_whole(value: float) -> bool:
+    return abs(value - round(value)) <= WITHIN * abs(round(value))
+
+
+def _beside(found: dict[str, float]) -> list[dict[str, int]]:
+    """Sets of whole numbers beside those found, the nearest first, none of them all zero."""
+    each = []
+    for value in found.values():
+        near = round(value)
+        other = near + (1 if value > near else -1)
+        each.append((near,) if abs(value - near) < CLEAR else (near, other))
+    sets = [s for s in product(*each) if any(s)]
+    if not sets:  # nowhere half a step: one step where there is most
+        values = np.array(list(found.values()))
+        most = int(np.argmax(np.abs(values)))
+        sets = [tuple(int(np.sign(v)) * (k == most) or 0 for k, v in enumerate(values))]
+    return [dict(zip(found, s, strict=True)) for s in sets[:MOST]]
+
+
+def _held(fit: Fit, counts: dict[str, int]) -> Fit:
+    """The fit once more with its counts held."""
+    hypothesis = replace(fit.problem.hypothesis, counts=tuple(counts.items()))
+    problem = replace(fit.problem, hypothesis=hypothesis)
+    return settle(minimise(problem, np.clip(fit.u, *problem.limits()), AGAIN))

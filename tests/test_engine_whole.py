@@ -1,0 +1,68 @@
+"""Counts are whole: a rotor falls back by whole steps, and a part of one is another effect."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from engine_kit import machine, problem, record, short_motion, with_effects
+
+from corexy_fmi.effects import catalogue
+from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.name import compete
+from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.unknowns import WITHIN
+from corexy_fmi.engine.whole import _beside, whole
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
+
+PLACE = ("missed_steps", "motor1")
+STEPS, TIME = (f"missed_steps.motor1.{p}@train.csv" for p in ("steps", "time"))
+NOISE = 5e-6  # [m]
+
+
+@cache
+def fitted(steps):
+    """The fit from beside the truth of so many steps, as any number."""
+    truth = EffectUse(*PLACE, {"steps": steps, "time": 0.4})
+    shown = record(with_effects(machine(), truth), short_motion(), noise=NOISE)
+    chosen = problem(shown, machine(), [PLACE], std=NOISE)
+    start = np.zeros(chosen.size)
+    for k, x in enumerate(chosen.unknowns):
+        if x.key in (STEPS, TIME):
+            start[k] = x.internal({STEPS: steps + 0.3, TIME: 0.41}[x.key])
+    return minimise(chosen, start, 20)
+
+
+@pytest.mark.parametrize("steps", [-3.0, 1.0, 2.0])
+def test_whole_steps_stay_as_they_were_fitted(steps):
+    fit = fitted(steps)
+    assert fit.value(STEPS) == pytest.approx(steps, abs=WITHIN * abs(steps))
+    assert whole(fit) is fit
+
+
+@pytest.mark.parametrize(("steps", "least"), [(1.6, (1, 2)), (-1.4, (-2, -1)), (0.4, (1,))])
+def test_a_part_of_a_step_has_to_pay_as_whole_ones(steps, least):
+    fit = fitted(steps)
+    assert fit.value(STEPS) == pytest.approx(steps, abs=0.05)
+    held = whole(fit)
+    near = round(held.value(STEPS))
+    assert near in least
+    assert abs(held.value(STEPS) - near) <= WITHIN * abs(near) + 1e-9
+    assert held.cost > fit.cost + 50  # [nats] that the part of a step is worth
+    assert whole(held) is held
+
+
+def test_sets_beside_are_near_first_and_never_nothing():
+    assert _beside({"a": -1.64, "b": 3.1}) == [{"a": -2, "b": 3}, {"a": -1, "b": 3}]
+    assert _beside({"a": 0.1, "b": -0.2}) == [{"a": 0, "b": -1}]
+    assert _beside({"a": 0.4}) == [{"a": 1}]
+
+
+def test_a_competition_ends_with_whole_steps():
+    """Of a truth that lost 1.6 steps, which no rotor does."""
+    base = retune(bundled_layout(), machine(), fitted(1.6).problem.runs)
+    entries = compete(base, map, without=frozenset(catalogue()) - {PLACE[0]}).entries
+    jumps = [e for e in entries if e.hypothesis.key == (PLACE,)]
+    assert len(jumps) == 1
+    assert round(jumps[0].fit.value(STEPS)) in (1, 2)
+    assert dict(jumps[0].hypothesis.counts)[STEPS] in (1, 2)
