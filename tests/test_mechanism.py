@@ -102,7 +102,7 @@ def test_results_are_added_to(tmp_path: Path) -> None:
     assert store.read(path) == {"agreement": [1], "cases": [{"name": "a"}, {"name": "b"}]}
 
 
-def entry(name: str, kind: str, outcome: str) -> dict[str, object]:
+def entry(name: str, kind: str, outcome: str, origin: str = "b" * 40) -> dict[str, object]:
     held = dict.fromkeys(("rms_nominal", "rms_retuned", "rms_explained"), 1e-5)
     effect = {"name": "racking", "location": "bridge"}
     truth = {"kind": kind, "effects": [effect] * (kind == "effect"), "size": "s", "base": "yin2018"}
@@ -110,13 +110,16 @@ def entry(name: str, kind: str, outcome: str) -> dict[str, object]:
     said = {"verdict": "explained", "effects": [effect], "heldout": held}
     times = {"diagnose": 60.0}
     return {"name": name, "truth": truth, "outcome": outcome, "document": said,
-            "seconds": times, "commit": "0" * 40}  # fmt: skip
+            "seconds": times, "commit": origin, "origin": origin}  # fmt: skip
 
 
 def test_the_section_counts_and_drops_nothing() -> None:
-    cases = [entry("yaw-0", "effect", "right"), entry("null-0", "null", "false_alarm")]
-    seals = [{"name": n} for n in ("yaw-0", "null-0", "tool-0")]
+    before = entry("yaw-0", "effect", "wrong", "a" * 40)
+    cases = [before, entry("yaw-0", "effect", "right"), entry("null-0", "null", "false_alarm")]
+    seals = [{"name": n, "origin": "b" * 40} for n in ("yaw-0", "null-0", "tool-0")]
     text = "\n".join(page.section({"cases": cases, "seals": seals}))
-    assert "1 mechanisms: 1 right. 1 nulls: 1 false_alarm." in text
-    assert "cut off by the clock: tool-0" in text
+    newest, earlier = text.index(f"Engine {'b' * 12}"), text.index(f"Engine {'a' * 12}")
+    assert "1 mechanisms: 1 right. 1 nulls: 1 false_alarm." in text[newest:earlier]
+    assert "cut off by the clock: tool-0" in text[newest:earlier]
+    assert "1 mechanisms: 1 wrong. 0 nulls: none run." in text[earlier:]
     assert page.section({}) == []

@@ -29,9 +29,12 @@ def test_the_score_counts_classes_of_near_twins_alone(
 ) -> None:
     """Right, a class beside a near twin, a class without one, and a false alarm: two of four."""
     said = (("right", 500.0), ("class", 50.0), ("class", 500.0), ("false_alarm", None))
+    planted = [{"name": "axis_skew", "location": "sensor", "parameters": {"angle": 1e-3}}]
+    document = {"effects": [], "located": {"coordinate": "sensor", "state": "position"}}
     lines = [
-        {"name": f"seed-{n}", "outcome": outcome, "commit": "abc",
-         "truth": {"kind": "effect" if twin else "null", "E_sep": twin}}
+        {"name": f"seed-{n}", "outcome": outcome, "commit": "abc", "document": document,
+         "truth": {"kind": "effect" if twin else "null", "E_sep": twin, "E": twin or 0.0,
+                   "effects": planted if twin else []}}
         for n, (outcome, twin) in enumerate(said)
     ]  # fmt: skip
     text = "".join(json.dumps(line) + "\n" for line in lines)
@@ -42,5 +45,8 @@ def test_the_score_counts_classes_of_near_twins_alone(
     assert "2/4 = 50.0 %" in page
     assert "1/4 = 25.0 %" in page
     assert "effect class 2; effect right 1; null false_alarm 1." in page
+    assert "| nulls with imperfect nuisances: anything named or doubted | <= 1 % | 1/1" in page
+    assert "right coordinate 2/2" in page
+    assert "| axis_skew | 3 | 1 | 2 |" in page
     (tmp_path / "seeds.0.jsonl").unlink()
     assert seeds.section() == []

@@ -29,6 +29,10 @@ HIDDEN = (
     ", the belts' stiffness without such limits (to a 27th in this run, a mistake of the plant's, "
     "mended since)"
 )
+ONCE = (
+    "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
+    "those after it, and none was run again. "
+)
 
 
 def earlier() -> list[str]:
@@ -85,13 +89,14 @@ def tables(entries: list[Entry], stem: str, aims: tuple[str, ...], hidden: str =
 
 def full(entries: list[Entry]) -> list[str]:
     """The proof over all 35 effects, as far as it was run."""
+    once = ONCE if len({e["commit"] for e in entries}) > 1 else ""
     return [
         "## All 35 effects",
         "",
         f"`python -m benchmarks.concealed.proof --catalogue full`: {len(entries)} sealed cases so "
         f"far, engine at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}. "
-        "All 35 effects are planted, and all compete. From this run on every place is asked by "
-        "simple laws (docs/engine.md, 7); that was made on the struck cases of the run before "
+        f"{once}All 35 effects are planted, and all compete. From this run on every place is asked "
+        "by simple laws (docs/engine.md, 7); that was made on the struck cases of the run before "
         "(a907e02, below: right coordinate 7 of 29, confidently misnamed 4 of 29).",
         "",
         *tables(entries, "full", FULL_AIMS),

@@ -16,8 +16,10 @@ from typing import Any
 from rich.progress import track
 
 from benchmarks.concealed.calibration import rate
+from benchmarks.concealed.calibration import section as trusted
 from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waiting
 from benchmarks.concealed.score import fulfilled
+from benchmarks.concealed.tables import FULL_AIMS, by, headline, removal
 
 SEEDS = 200
 STORE = RESULTS / "seeds.jsonl"
@@ -49,6 +51,15 @@ def section() -> list[str]:
         f"{rate(confident, len(entries))}.",
         "",
         "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
+        "",
+        "A pair is asked for whole here, however faint one of it is; the plant draws E of 150, "
+        "300, 1000 or 5000. Against the aims:",
+        "",
+        *headline(entries, FULL_AIMS),
+        "",
+        *removal(entries),
+        *trusted(entries),
+        *by(entries, "effect"),
         "",
     ]
 

@@ -57,18 +57,39 @@ def cases(entries: list[Entry]) -> list[str]:
     return table
 
 
-def section(kept: Mapping[str, Any] | None = None) -> list[str]:
-    """The lines of the section; none where nothing was run."""
-    kept = read() if kept is None else kept
-    entries = kept.get("cases", [])
-    if not entries:
-        return []
+def _origins(kept: Mapping[str, Any]) -> list[str]:
+    """What the seeds of each run follow from, the newest run first."""
+    entries = [*kept.get("cases", []), *kept.get("seals", [])]
+    return list(dict.fromkeys(e["origin"] for e in entries))[::-1]
+
+
+def run(kept: Mapping[str, Any], origin: str) -> list[str]:
+    """One engine's cases: counts and a row for each."""
+    entries = [e for e in kept.get("cases", []) if e["origin"] == origin]
     said = Counter(e["outcome"] for e in entries if e["truth"]["kind"] == "effect")
     nulls = Counter(e["outcome"] for e in entries if e["truth"]["kind"] == "null")
     commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
     seconds = sorted(e["seconds"]["diagnose"] for e in entries)
     done = {e["name"] for e in entries}
-    cut = [s["name"] for s in kept.get("seals", []) if s["name"] not in done]
+    sealed = [s["name"] for s in kept.get("seals", []) if s["origin"] == origin]
+    cut = [name for name in sealed if name not in done]
+    took = f"{seconds[0]:.0f} to {seconds[-1]:.0f} s" if seconds else "-"
+    return [
+        f"Engine {commits}: {sum(said.values())} mechanisms: {_counts(said)}."
+        f" {sum(nulls.values())} nulls: {_counts(nulls)}."
+        + (f" Sealed but cut off by the clock: {', '.join(cut)}." if cut else "")
+        + f" One diagnosis took {took} on two cores that other work shared.",
+        "",
+        *cases(entries),
+        "",
+    ]
+
+
+def section(kept: Mapping[str, Any] | None = None) -> list[str]:
+    """The lines of the section; none where nothing was run."""
+    kept = read() if kept is None else kept
+    if not kept.get("cases", []):
+        return []
     return [
         "## Causes by mechanism, in a simulator of others",
         "",
@@ -76,21 +97,14 @@ def section(kept: Mapping[str, Any] | None = None) -> list[str]:
         "(benchmarks/mechanism): gravity that leans, a pin in a slot, a bridge on a hinge, a frame",
         "and a tool on springs, tendons of unequal stiffness or with damping. Drawn by seed and",
         "sealed as above, true parameters 10 to 20 % off the file, 1 kHz, **all 35 effects**",
-        f"**competing**; `python -m benchmarks.mechanism.proof` at {commits}.",
+        "**competing**; `python -m benchmarks.mechanism.proof`.",
         "A constant load only moves the place where springs rest: tilted stages, and half of the",
-        "nulls, are recorded with the inputs' zero (`zero: x, y`). E is not known here.",
+        "nulls, are recorded with the inputs' zero (`zero: x, y`). E is not known here. Few cases:",
+        "examples, not rates. Held out: rms as given / retuned / explained. Newest run first.",
         "",
-        f"{sum(said.values())} mechanisms: {_counts(said)}. {sum(nulls.values())} nulls:"
-        f" {_counts(nulls)}."
-        + (f" Sealed but cut off by the clock: {', '.join(cut)}." if cut else ""),
-        "Few cases: examples, not rates. One diagnosis took"
-        f" {seconds[0]:.0f} to {seconds[-1]:.0f} s on two cores that other work shared.",
-        "",
-        *cases(entries),
-        "",
-        "Held out: rms as given / retuned / explained. How near the two simulators are, at the",
-        "true parameters, nothing fitted (`python -m benchmarks.mechanism.agree`; offsets left out",
-        "but for tilt):",
+        *(line for origin in _origins(kept) for line in run(kept, origin)),
+        "How near the two simulators are, at the true parameters, nothing fitted",
+        "(`python -m benchmarks.mechanism.agree`; offsets left out but for tilt):",
         "",
         *agreement(kept.get("agreement", [])),
         "",
