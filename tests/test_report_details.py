@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from corexy_fmi.effects import catalogue
+from corexy_fmi.report.charts import marked_parts
 from corexy_fmi.report.decimate import envelope, log_bins, outline, rms_per_cell
 from corexy_fmi.report.equation import typeset
 from corexy_fmi.report.quantities import number, percent, quantity, with_interval
-from corexy_fmi.report.tables import parameters, words
+from corexy_fmi.report.tables import not_excluded, parameters, sites, words
 from corexy_fmi.report.words import cause, place
 from tests.report_cases import make_document
 
@@ -107,3 +108,32 @@ def test_places_read_well():
 def test_places_that_go_without_saying_are_not_said():
     assert cause({"name": "sensor_delay", "location": "sensor"}) == "sensor delay"
     assert cause({"name": "racking", "location": "bridge"}) == "racking at the bridge"
+
+
+def test_an_unexplained_mismatch_is_marked_where_it_lies_not_where_its_law_acts():
+    document = make_document("unexplained")
+    document["effects"][0]["location"] = "x"
+    document["located"]["coordinate"] = "motor1"
+    assert marked_parts(document) == {"motor1"}
+    document["located"]["coordinate"] = None
+    assert marked_parts(document) == {"x"}
+    assert marked_parts(make_document("explained")) == {"motor1"}
+
+
+def test_bars_of_the_places_stand_under_a_number():
+    table = sites(make_document("unexplained"))
+    assert len(table.bars) == len(table.rows) > 1
+    assert table.headers[1].startswith(">")
+    assert all(float(row[1].replace("\N{MINUS SIGN}", "-")) for row in table.rows)
+
+
+def test_the_bound_of_an_inverse_is_told_as_the_least_of_the_thing_itself():
+    soft = {"name": "frame_mode", "location": "frame", "parameter": "1/mass",
+            "upper95": 0.125, "unit": "1/(kg)"}  # fmt: skip
+    document = make_document("explained") | {"not_excluded": [soft]}
+    assert not_excluded(document).rows[0][1:] == (
+        "mass",
+        "at least 8.00\N{NARROW NO-BREAK SPACE}kg",
+    )
+    document["not_excluded"] = [soft | {"upper95": 0.0}]
+    assert not_excluded(document).rows[0][1] == "1/mass"

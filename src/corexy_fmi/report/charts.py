@@ -75,5 +75,8 @@ def marked_parts(document: Mapping[str, Any]) -> set[str]:
     places = [e.get("location") for e in document.get("effects") or []]
     for group in equals(document):
         places += [m.get("location") for together in group for m in together]
-    places = [p for p in places if p] or [(document.get("located") or {}).get("coordinate")]
+    where = (document.get("located") or {}).get("coordinate")
+    if document.get("verdict") == "unexplained" and where:
+        places = [where]  # the law beside it is one shape of it, not its place
+    places = [p for p in places if p] or [where]
     return {part for p in places if p for part in PARTS.get(p, {p})}

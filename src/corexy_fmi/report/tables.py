@@ -99,27 +99,31 @@ def sites(document: Document) -> Table:
     """Where simple laws would explain an unexplained mismatch, the best place first."""
     told = (document.get("located") or {}).get("sites") or []
     rows = [
-        (sentence(place(s["location"])), s["word"], number(s["gain"]))
+        (sentence(place(s["location"])), number(s["gain"]), s["word"])
         for s in told
         if document.get("verdict") == "unexplained"
     ]
     caption = "What simple laws at a place gain over the retuned machine, and the best of them."
     chances = [s["probability"] for s in told][: len(rows)]
-    return _table(caption, ("place", "best law there", ">gain [nats]"), rows, chances)
+    return _table(caption, ("place", ">gain [nats]", "best law there"), rows, chances)
 
 
 def not_excluded(document: Document) -> Table:
     """How large each effect that was not named could be."""
-    rows = [
-        (
-            sentence(cause(r)),
-            words(r.get("parameter", "")),
-            quantity(r.get("upper95"), r.get("unit", "")),
-        )
-        for r in document.get("not_excluded") or []
-    ]
+    rows = [(sentence(cause(r)), *_bound(r)) for r in document.get("not_excluded") or []]
     caption = "Effects that were not named could still be as large as this (95 %)."
     return _table(caption, ("effect", "parameter", ">at most"), rows)
+
+
+def _bound(entry: Mapping[str, Any]) -> tuple[str, str]:
+    """A parameter and its bound; what vanishes at infinity has its inverse bounded, and is told as
+    itself.
+    """
+    name, unit, most = entry.get("parameter", ""), entry.get("unit", ""), entry.get("upper95")
+    if name.startswith("1/") and most:
+        inside = unit.removeprefix("1/(").removesuffix(")")
+        return words(name.removeprefix("1/")), f"at least {quantity(1 / most, inside)}"
+    return words(name), quantity(most, unit)
 
 
 def fits(document: Document) -> Table:
