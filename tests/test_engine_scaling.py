@@ -8,7 +8,7 @@ from engine_kit import machine, problem, record, rich_motion, with_effects
 
 from corexy_fmi.engine.fit import minimise, settle
 from corexy_fmi.engine.model import covariance
-from corexy_fmi.engine.scaling import agreeing, eased, grown
+from corexy_fmi.engine.scaling import agree, eased, grown
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
@@ -67,11 +67,16 @@ def test_what_is_known_in_newtons_fixes_the_factor():
 
 
 def test_slopes_are_corrected_in_proportion_to_their_power():
-    slopes, move = np.array([[2.0, 1.0], [0.0, 0.0]]), np.array([1.0, 1.0])
-    right = agreeing(slopes, move, np.array([0.5, 1.0]))
-    assert right @ move == pytest.approx([0.5, 1.0])
-    assert right[0] - slopes[0] == pytest.approx([-2.0, -0.5])
-    assert agreeing(0 * slopes, move, np.ones(2)) == pytest.approx(0 * slopes)
+    before, move = np.array([[2.0, 0.0], [1.0, 0.0]]), np.array([1.0, 1.0])  # (size, samples)
+    slopes = before.copy()
+    agree(slopes, move, np.array([0.5, 1.0]))
+    assert move @ slopes == pytest.approx([0.5, 1.0])
+    assert (slopes - before)[:, 0] == pytest.approx([-2.0, -0.5])
+    nothing = 0 * before
+    agree(nothing, move, np.ones(2))
+    assert not nothing.any()
+    agree(slopes, move, np.array([np.inf, 1.0]))
+    assert np.isfinite(slopes).all()
 
 
 def test_easing_keeps_what_is_no_force():

@@ -29,7 +29,7 @@ from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.rough import softened
 from corexy_fmi.engine.search import CLOSE, FINALISTS, rank, search
 from corexy_fmi.engine.unknowns import Hypothesis
-from corexy_fmi.engine.whole import whole
+from corexy_fmi.engine.whole import whole, with_whole_counts
 
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 
@@ -114,7 +114,7 @@ def compete(
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
         fits = sorted([*fits, *bold_fits(base, singles, mapper)], key=rank)
-    fits = sorted(mapper(lambda f: whole(f) if rank(f) < base.cost else f, fits), key=rank)
+    fits = with_whole_counts(fits, mapper)
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")

@@ -8,6 +8,7 @@ projected out, so that they cost no unknowns.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,7 +18,7 @@ from corexy_fmi.engine.free_form import law_unknowns, write_law
 from corexy_fmi.engine.holding import deflection_scale
 from corexy_fmi.engine.micro_step import SHORTEST, damped, damps, needed, own_step
 from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.samples import Run, Samples
+from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.scaling import eased, unseen
 from corexy_fmi.engine.slopes import linearised
 from corexy_fmi.engine.unknowns import (
@@ -27,6 +28,7 @@ from corexy_fmi.engine.unknowns import (
     frees_rotor,
     nominal_unknowns,
 )
+from corexy_fmi.engine.whitening import Filter
 from corexy_fmi.kernel.call import REST, Array, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
@@ -203,47 +205,56 @@ class Problem:
             limit=limit,
         )
 
+    def shown(self, u: Array, run: int) -> Array:
+        """What the sensors of a run would show, (sets, channels, rows)."""
+        r, out = self.runs[run], self.simulate(u, run)
+        if not r.clock_free:
+            return out
+        delay = u[:, self.first_own(run) + self.own_keys.index("clock")]
+        return late(r.excitation.time, out, LATE * delay)
+
     def errors(self, u: Array, run: int) -> list[Array]:
         """Measured minus simulated for each channel, (sets, samples) each, offsets left in."""
-        r, out = self.runs[run], self.simulate(u, run)
-        if r.clock_free:
-            out = late(
-                r.excitation.time,
-                out,
-                LATE * u[:, self.first_own(run) + self.own_keys.index("clock")],
-            )
-        return [s.value - out[:, c, s.rows] for c, s in enumerate(r.samples)]
+        out = self.shown(u, run)
+        return [s.value - out[:, c, s.rows] for c, s in enumerate(self.runs[run].samples)]
 
     @cached_property
-    def offsets(self) -> list[list[Array | None]]:
-        """Whitened offset (m,) of each channel of each run, of unit length; None where its zero is
-        known.
-        """
-        pairs = zip(self.runs, self.noise, strict=True)
+    def filters(self) -> list[list[Filter]]:
+        """What whitens each channel of each run."""
         return [
             [
-                None if s.channel in run.zeroed else _offset(noise, s)
-                for s, noise in zip(run.samples, models, strict=True)
+                Filter(noise, samples, samples.channel not in run.zeroed)
+                for samples, noise in zip(run.samples, models, strict=True)
             ]
-            for run, models in pairs
+            for run, models in zip(self.runs, self.noise, strict=True)
         ]
 
     def whiten(self, errors: list[Array], run: int) -> Array:
         """Whitened errors (sets, samples) of a run, their channels side by side."""
-        parts = []
-        models = zip(self.runs[run].samples, self.noise[run], self.offsets[run], strict=True)
-        for e, (samples, noise, one) in zip(errors, models, strict=True):
-            white = noise.whiten(e, samples.breaks)
-            with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
-                if one is not None:
-                    white -= (white @ one)[:, None] * one
-            parts.append(white)
-        return np.concatenate(parts, axis=1)
+        filters = zip(errors, self.filters[run], strict=True)
+        return np.concatenate([f.white(e) for e, f in filters], axis=1)
+
+    def _parted(self, white: Sequence[Array], run: int) -> list[tuple[Filter, list[Array]]]:
+        """Each channel's filter, and its parts of arrays (samples,) of a run."""
+        found, at = [], 0
+        for f in self.filters[run]:
+            found.append((f, [w[at : at + f.count] for w in white]))
+            at += f.count
+        return found
+
+    def whitened(self, u: Array, run: int, white: Sequence[Array]) -> None:
+        """Whitened residuals of a run at u (sets, size) into arrays (samples,), one for each."""
+        out = self.shown(u, run)
+        for c, (f, parts) in enumerate(self._parted(white, run)):
+            f.rows(out[:, c], parts)
 
     def residual(self, u: Array) -> Array:
         """Whitened residuals with the priors behind them, (sets, samples + size)."""
-        parts = [self.whiten(self.errors(u, r), r) for r in range(len(self.runs))]
-        return np.concatenate([*parts, (u - self.prior[0]) * self.prior[1]], axis=1)
+        result, at = np.empty((len(u), sum(r.count for r in self.runs) + self.size)), 0
+        for r, run in enumerate(self.runs):
+            self.whitened(u, r, list(result[:, at : (at := at + run.count)]))
+        result[:, at:] = (u - self.prior[0]) * self.prior[1]
+        return result
 
     def linearised(
         self, u: Array, borrowed: Array | None = None, stretch: float = 1.0
@@ -276,11 +287,6 @@ class Problem:
             for r, run in enumerate(self.runs)
             for n, s in zip(self.noise[r], run.samples, strict=True)
         )
-
-
-def _offset(noise: Noise, samples: Samples) -> Array:
-    one = noise.whiten(np.ones(len(samples.index)), samples.breaks)
-    return np.asarray(one / np.linalg.norm(one))
 
 
 def late(time: Array, out: Array, delay: Array) -> Array:

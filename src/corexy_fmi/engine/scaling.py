@@ -36,17 +36,19 @@ def along(unknowns: Sequence[Unknown], u: Array, limits: tuple[Array, Array], st
     return np.where(free, moved - u, 0.0)
 
 
-def agreeing(slopes: Array, move: Array, change: Array) -> Array:
-    """Slopes (samples, size) corrected so that ``move`` (size,) makes ``change`` (samples,).
+def agree(slopes: Array, move: Array, change: Array) -> None:
+    """Correct slopes (size, samples), so that ``move`` (size,) makes ``change`` (samples,).
 
-    Each column in proportion to its power: the relative rounding of all is taken as equal.
+    Each in proportion to its power: the relative rounding of all is taken as equal.
     """
-    weight = move * np.sum(slopes**2, axis=0)
-    total = float(move @ weight)
-    gap = change - slopes @ move
+    moved = np.flatnonzero(move)
+    weight = {k: float(move[k] * (slopes[k] @ slopes[k])) for k in moved}
+    total = sum(float(move[k]) * w for k, w in weight.items())
+    gap = change - move @ slopes
     if not (total > 0 and np.isfinite(gap).all()):
-        return slopes
-    return np.asarray(slopes + np.outer(weight / total, gap).T)
+        return
+    for k in moved:
+        slopes[k] += weight[k] / total * gap
 
 
 def _direction(unknowns: Sequence[Unknown], u: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from corexy_fmi.engine.scaling import agreeing, along
+from corexy_fmi.engine.scaling import agree, along
 from corexy_fmi.engine.unknowns import SMOOTHING
 from corexy_fmi.kernel.call import Array
 
@@ -47,14 +47,16 @@ def linearised(
         sets = np.repeat(u[None], len(columns) + 2, axis=0)
         sets[1 + np.arange(len(columns)), columns] += steps[columns]
         sets[-1] += move
-        white = problem.whiten(problem.errors(sets, r), r)
-        residual[here] = white[0]
+        base, moved, change = residual[here], slopes.T[:, here], np.empty(run.count)
+        problem.whitened(sets, r, [base, *(moved[k] for k in columns), change])
         with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
-            change = white[1:] - white[0]
-            slopes.T[columns, here] = change[:-1] / steps[columns, None]
-            slopes[here] = agreeing(slopes[here], move, change[-1])
-    broken = ~(np.abs(slopes[:samples]).max(axis=0, initial=0.0) < BROKEN)
-    slopes[:samples, broken] = 0.0
+            for k in columns:
+                moved[k] -= base
+                moved[k] /= steps[k]
+            agree(moved, move, change - base)
+    for column in slopes.T[:, :samples]:
+        if not max(column.max(initial=0.0), -column.min(initial=0.0)) < BROKEN:
+            column[:] = 0.0
     return residual, slopes
 
 

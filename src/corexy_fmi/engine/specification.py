@@ -94,15 +94,14 @@ def leftover(fit: Fit) -> Leftover:
     names = [(c, n) for c in channels for n in runs[0][0]]
     normal, reach = np.zeros((len(names),) * 2), np.zeros((len(names), own.shape[1]))
     pull, at = np.zeros(len(names)), 0
-    for r, (table, run) in enumerate(runs):
+    for r, (table, _) in enumerate(runs):
         values = np.array(list(table.values()))
-        models = zip(run.samples, fit.problem.noise[r], fit.problem.offsets[r], strict=True)
-        for samples, noise, one in models:
-            white = noise.whiten(values[:, samples.rows], samples.breaks)
-            if one is not None:
-                white -= (white @ one)[:, None] * one
+        for f in fit.problem.filters[r]:
+            white = f.white(values[:, f.samples.rows])
             here = slice(at, at := at + white.shape[1])
-            rows = slice(first := channels.index(samples.channel) * len(table), first + len(table))
+            rows = slice(
+                first := channels.index(f.samples.channel) * len(table), first + len(table)
+            )
             normal[rows, rows] += white @ white.T
             reach[rows] += white @ own[here]
             pull[rows] += white @ fit.residual[here]

@@ -12,8 +12,9 @@ from itertools import product
 
 import numpy as np
 
-from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.restart import best
+from corexy_fmi.engine.search import CLOSE, rank
 from corexy_fmi.engine.unknowns import WITHIN
 
 AGAIN = 8  # iterations of a fit with its counts held
@@ -21,12 +22,32 @@ CLEAR = 0.25  # from a whole number up to which only that one is tried
 MOST = 8  # sets of counts that are tried
 
 
+def with_whole_counts(fits: list[Fit], mapper: Mapper) -> list[Fit]:
+    """Fits, best first, those near the best of them with their counts near whole numbers."""
+    fits = sorted(fits, key=rank)
+    while any(broken := [_leads(f, fits[0]) and not is_whole(f) for f in fits]):
+        held = mapper(
+            lambda pair: whole(pair[0]) if pair[1] else pair[0], zip(fits, broken, strict=True)
+        )
+        fits = sorted(held, key=rank)
+    return fits
+
+
+def _leads(fit: Fit, first: Fit) -> bool:
+    return rank(fit) - rank(first) < CLOSE
+
+
+def is_whole(fit: Fit) -> bool:
+    """Whether a fit's counts are near whole numbers, or it has none."""
+    counts = _counts(fit).values()
+    return bool(fit.problem.hypothesis.counts) or all(_near(value) for value in counts)
+
+
 def whole(fit: Fit) -> Fit:
-    """The fit with its counts near whole numbers; as it is where they are, or where it has none."""
-    found = _counts(fit)
-    if not found or fit.problem.hypothesis.counts or all(_is_whole(v) for v in found.values()):
+    """The fit with its counts held near the whole numbers beside them that cost least."""
+    if is_whole(fit):
         return fit
-    return best([_held(fit, counts) for counts in _beside(found)])
+    return settle(best([_held(fit, counts) for counts in _beside(_counts(fit))]))
 
 
 def _counts(fit: Fit) -> dict[str, float]:
@@ -44,7 +65,7 @@ def _counts(fit: Fit) -> dict[str, float]:
     }
 
 
-def _is_whole(value: float) -> bool:
+def _near(value: float) -> bool:
     return abs(value - round(value)) <= WITHIN * abs(round(value))
 
 
@@ -67,4 +88,4 @@ def _held(fit: Fit, counts: dict[str, int]) -> Fit:
     """The fit once more with its counts held."""
     hypothesis = replace(fit.problem.hypothesis, counts=tuple(counts.items()))
     problem = replace(fit.problem, hypothesis=hypothesis)
-    return settle(minimise(problem, np.clip(fit.u, *problem.limits()), AGAIN))
+    return minimise(problem, np.clip(fit.u, *problem.limits()), AGAIN)
