@@ -19,10 +19,14 @@ def competition(chance, gain, law=None):
     return SimpleNamespace(best=entries[0], entries=entries, probability=(chance, 1 - chance))
 
 
-def proof(*gains, retuned=1.5, explained=1.0):
-    """Held-out runs with these gains."""
+def proof(*gains, retuned=1.5, explained=1.0, contrasts=None):
+    """Held-out runs with these gains; those with and without differ by as much unless told."""
     rms = {"retuned": retuned, "explained": explained}
-    return SimpleNamespace(gains=lambda role: list(gains), pooled=lambda state, role: rms[state])
+    return SimpleNamespace(
+        gains=lambda role: list(gains),
+        pooled=lambda state, role: rms[state],
+        contrasts=lambda role: [30.0 for _ in gains] if contrasts is None else list(contrasts),
+    )
 
 
 SURELY, TIED = 0.99, 0.6
@@ -32,6 +36,12 @@ CASES = [
     (SURELY, 500.0, proof(30.0, -0.5), "unexplained"),  # a gain on every file is asked
     (SURELY, 500.0, proof(-25.0), "unexplained"),
     (SURELY, 30.0, proof(-25.0), "nothing_missing"),
+    (SURELY, 500.0, proof(30.0, -0.5, contrasts=(30.0, 0.4)), "explained"),  # one cannot judge
+    (SURELY, 500.0, proof(30.0, -5.0, contrasts=(30.0, 0.4)), "unexplained"),
+    (SURELY, 70.0, proof(0.7, contrasts=(0.8,)), "explained"),  # nor can the only one
+    (SURELY, 70.0, proof(-0.3, contrasts=(0.8,)), "ambiguous"),  # it gains nothing
+    (SURELY, 70.0, proof(-5.0, contrasts=(0.8,)), "unexplained"),
+    (SURELY, 30.0, proof(0.7, contrasts=(0.8,)), "nothing_missing"),  # a false alarm, as likely
     (TIED, 500.0, proof(30.0), "ambiguous"),
     (TIED, 500.0, proof(0.5), "ambiguous"),  # the data kept back show little of it
     (TIED, 500.0, proof(-25.0), "unexplained"),
@@ -59,3 +69,8 @@ def test_no_probability_is_above_one():
     every = Competition(None, tuple(entry("same", 9.0) for _ in chances), chances, 0.0)
     assert every.share(("same", "x")) == 1.0
     assert every.share(("other", "x")) == 0.0
+
+
+def test_an_effect_that_gains_nothing_on_mute_data_stands_beside_retuned_parameters():
+    found = decide(competition(SURELY, 70.0), proof(-0.3, contrasts=(0.8,)))
+    assert found.classes == (((("first", "x"),), ()),)

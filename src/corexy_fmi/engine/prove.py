@@ -129,6 +129,18 @@ class Proof:
         chosen = [r for r, run in enumerate(self.runs) if run.role == role]
         return [self._cost("retuned", r) - self._cost("explained", r) for r in chosen]
 
+    def contrasts(self, role: str) -> list[float]:
+        """What retuned and explained machine differ by [nats] on each run of a role: half the
+        squared distance of their replays.  The gain of the right one scatters around it.
+        """
+        chosen = [r for r, run in enumerate(self.runs) if run.role == role]
+        return [self._contrast(r) for r in chosen]
+
+    def _contrast(self, run: int) -> float:
+        pair = (self.replays[state][run].fit.residual for state in ("retuned", "explained"))
+        one, other = (residual[: self.runs[run].count] for residual in pair)
+        return 0.5 * float(np.sum((one - other) ** 2))
+
     def _cost(self, state: str, run: int) -> float:
         return self.foretold.get((state, run), self.replays[state][run].cost)
 

@@ -13,6 +13,7 @@ from corexy_fmi.engine.specification import LEAST, Leftover
 SURE = 0.95
 AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
 CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
+MUTE = 6.0  # [nats] of contrast d up to which its scatter, sqrt(2 d), is most of a gain
 WEAK_GAIN = 40.0  # [nats] below which an unconfirmed effect is a false alarm
 CLASS_SHARE = 0.02  # members of a class have at least this share of the best one's probability
 
@@ -58,13 +59,24 @@ def excess_removed(retuned: float, explained: float, noise: float) -> float:
 
 
 def confirmed(proof: Proof) -> bool:
-    """Whether held-out data agree: near the noise or half of the excess gone, and a gain each."""
+    """Whether held-out data agree: near the noise or half of the excess gone, and a gain on each
+    recording that shows the effect at all.
+    """
     gains = proof.gains("holdout")
     if not gains:
         return True
+    told = [g for g, d in zip(gains, proof.contrasts("holdout"), strict=True) if d > MUTE]
     retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
     near = explained <= AGREES or excess_removed(retuned, explained, 1.0) >= HALF
-    return near and all(g > 0 for g in gains) and sum(gains) > CONFIRMED
+    return near and harmless(proof) and all(g > 0 for g in told) and sum(told) > CONFIRMED
+
+
+def mute(proof: Proof) -> bool:
+    """Whether no held-out recording shows the effect: with and without it they are simulated alike,
+    within what noise decides.
+    """
+    contrasts = proof.contrasts("holdout")
+    return bool(contrasts) and max(contrasts) <= MUTE and harmless(proof)
 
 
 def harmless(proof: Proof) -> bool:
@@ -93,11 +105,24 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
     if best.hypothesis.law and (proof is None or harmless(proof)):
         return Verdict("unexplained", best)
     chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
+    if not agrees and proof is not None and chance >= SURE and mute(proof):
+        return _unseen(best, proof)
     if not agrees and not (chance < SURE and _undisputed(best, proof)):
         return _refuted(best)
     if chance >= SURE:
         return Verdict("explained", best)
     return Verdict("ambiguous", best, (rivals(competition, best),))
+
+
+def _unseen(best: Entry, proof: Proof) -> Verdict:
+    """The recordings kept back cannot judge a sure cause: it stands if all of them gain, if only by
+    chance; else beside retuned parameters, for a gain on every recording is asked (CONTRACT 4).
+    """
+    if best.gain <= WEAK_GAIN:
+        return _refuted(best)
+    if all(gain > 0 for gain in proof.gains("holdout")):
+        return Verdict("explained", best)
+    return Verdict("ambiguous", best, ((best.hypothesis.key, ()),))
 
 
 def _undisputed(best: Entry, proof: Proof | None) -> bool:
