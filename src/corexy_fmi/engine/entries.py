@@ -79,6 +79,15 @@ def probabilities(gains: list[float]) -> tuple[list[float], float]:
     return [float(w) for w in weights[:-1]], float(weights[-1])
 
 
+def ranked(base: Fit, entries: list[Entry]) -> Competition:
+    """A competition of entries, best first; of free-form laws only one that leads has a share."""
+    live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
+    chances, nothing = probabilities([e.gain for e in live])
+    lookup = dict(zip(map(id, live), chances, strict=True))
+    shares = tuple(lookup.get(id(e), 0.0) for e in entries)
+    return Competition(base, tuple(entries), shares, nothing)
+
+
 def catalogue_first(entries: list[Entry]) -> list[Entry]:
     """A free-form law that gains little more than the best catalogued cause steps behind it.
 

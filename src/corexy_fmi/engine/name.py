@@ -20,7 +20,7 @@ from corexy_fmi.engine.entries import (
     catalogue_first,
     entry_of,
     form_floor,
-    probabilities,
+    ranked,
     without_idle,
 )
 from corexy_fmi.engine.fit import Fit, Mapper
@@ -129,9 +129,4 @@ def compete(
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
     base, entries = matched(base, entries)
     entries = _told_by_parity(catalogue_first(_against_sets(without_idle(entries))))
-    live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
-    chances, nothing = probabilities([e.gain for e in live])
-    lookup = dict(zip(map(id, live), chances, strict=True))
-    return Competition(
-        base, tuple(entries), tuple(lookup.get(id(e), 0.0) for e in entries), nothing
-    )
+    return ranked(base, entries)

@@ -21,6 +21,7 @@ OF_VOLTS = (*range(1, 26), 50, 100, 200)  # the same of a dc motor's torque
 SLOW = 0.02  # share of the highest speed over which a direction turns
 FADES = (1.0, 4.0, 16.0)  # [s] of what fades from the beginning
 CREEPS = (0.02, 0.1, 0.5, 2.0)  # [s] of what follows a load late
+FINE = 49  # knots over an axis' places: what a spot on a rail needs
 PLAYS = (2e-5, 1e-4, 5e-4)  # [m] of what turns before it slides
 
 Function = tuple[str, str, list[Array]]  # state (CONTRACT 4), word, values (rows,) of each run
@@ -109,6 +110,9 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
     for hat in _hats(places, _range(places, PLACE_KNOTS)):
         yield "position", "position", hat
         yield "position", "friction by position", [h * d for h, d in zip(hat, turns, strict=True)]
+    spots = _range(places, FINE)
+    for spot, hat in zip(spots, _hats(places, spots), strict=True):
+        yield "position", f"{axis} near {1e3 * spot:.0f} mm", hat
     for width in PLAYS:
         yield "velocity_reversal", "way since the last turn", [play(p, width) for p in places]
     for n in (0, 1):

@@ -1,0 +1,58 @@
+"""Spots: where simple laws at an axis explain most by its place, a free-form law with narrow knots.
+
+A law over a whole axis has knots too far apart for a spot on a rail, a magnet beside it or a
+dented belt's tooth.  So windows of narrow knots are tried all along the axis, and the best is
+fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from corexy_fmi.engine.candidates import laws
+from corexy_fmi.engine.entries import THRESHOLD, Competition, entry_of, ranked
+from corexy_fmi.engine.fit import Mapper, minimise, settle
+from corexy_fmi.engine.free_form import LawShape
+from corexy_fmi.engine.probe_laws import FINE
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.search import long_fit
+from corexy_fmi.engine.site import Site
+from corexy_fmi.engine.unknowns import Hypothesis
+
+ACROSS = 10  # knots of a window
+
+
+def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -> Competition:
+    """The competition with a law of a spot, where a place on an axis explains more than all that
+    is in it.
+    """
+    first = next(iter(found), None)
+    known = max((e.gain for e in competition.entries), default=0.0)
+    if first is None or first.state != "position" or first.gain <= max(known, 0.0) + THRESHOLD:
+        return competition
+    base = competition.retuned
+    axes = first.location if first.location in ("x", "y", "xy") else ""
+    wide = [
+        s for s in laws(base.problem, base.u) if s.location == s.argument and s.location in axes
+    ]
+    tried = [Hypothesis(law=window) for law in wide for window in _windows(law)]
+    if not tried:
+        return competition
+    lead = screen(base, tried, mapper)[0]
+    fit = settle(long_fit(minimise(lead.problem, lead.starts[0], 1)))
+    entry = entry_of(base, fit)
+    if entry.gain <= known + THRESHOLD:
+        return competition
+    return ranked(base, [entry, *competition.entries])
+
+
+def _windows(law: LawShape) -> list[LawShape]:
+    """Laws with knots as narrow as probes are, side by side along the range of a wide one."""
+    step = (law.knots[-1] - law.knots[0]) / (FINE - 1)
+    begins = law.knots[0] + step * np.arange(-ACROSS // 2, FINE - ACROSS // 2, 2)
+    return [
+        LawShape(law.location, law.argument, tuple(b + step * np.arange(ACROSS)), law.scale)
+        for b in begins
+    ]
