@@ -1,11 +1,13 @@
-"""What a diagnosis removes of the error on recordings kept back, against the noise-free truth."""
+"""How far the models of a diagnosis are from the noise-free truth, kept back or used."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from plant.evidence import whiten
 from plant.motions import STEP
+from plant.world import FILES
 
 from corexy_fmi.engine import Diagnosis
 
@@ -27,6 +29,26 @@ def removed(case: Any, found: Diagnosis) -> float | None:
             states = (trace.explained[name], trace.retuned[name])
             sums += [_apart(state, truth, trace.measured[name]) for state in states]
     return float(1.0 - sums[0] / sums[1]) if sums[1] > 0.0 else None
+
+
+def reached(case: Any, found: Diagnosis) -> dict[str, float]:
+    """Squared distance (s - m)' S^-1 (s - m) of the retuned and the explained machine to the
+    noise-free truth on the training recordings, in E's units: E of what a machine lacks is no more.
+    """
+    sums = {"retuned": 0.0, "explained": 0.0}
+    for trace in found.evidence.traces:
+        clean = case.train_clean.get(trace.recording)
+        if clean is None:
+            continue
+        noise = case.world.masks[FILES.index(trace.recording)]
+        for state in sums:
+            shown = getattr(trace, state)
+            for name in (n for n in noise if n in shown):
+                there = np.interp(
+                    STEP * np.arange(len(clean[name])), trace.time - trace.time[0], shown[name]
+                )
+                sums[state] += float(np.sum(whiten(there - clean[name], *noise[name]) ** 2))
+    return sums
 
 
 def _apart(state: Any, truth: Any, measured: Any) -> float:
