@@ -33,13 +33,13 @@ def _bends(hypothesis: Hypothesis) -> bool:
     """Whether a size on a linear scale catches and lets go; on a logarithmic one the declared size
     is a start in any case.
     """
-    effect = hypothesis.uses[0].effect
+    effect = hypothesis.uses[-1].effect
     return effect.state == BENDING and not effect.size.log
 
 
 def _fitted(base: Fit, hypothesis: Hypothesis) -> Fit:
     """The best of the fits from the declared starts that cost least."""
-    problem, instance = replace(base.problem, hypothesis=hypothesis), hypothesis.uses[0]
+    problem, instance = replace(base.problem, hypothesis=hypothesis), hypothesis.uses[-1]
     u = problem.carried(base.problem, base.u)
     rows = combinations(instance, spread(base))
     starts = np.array([row_of(problem, u, instance, values) for values in rows])
