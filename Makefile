@@ -6,12 +6,13 @@ FIRMWARE := stepper
 # two workers, a file at a time, in the order of tests/conftest.py
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: help bootstrap demo test test-long lint unit coverage proof blind real bench firmware flash hil
+.PHONY: help bootstrap demo test test-long test-plant lint unit coverage proof blind real bench firmware flash hil
 
 help:
 	@echo "make demo          the main job on bundled recordings; results in out/demo"
 	@echo "make test          style, types, imports, tests but the long ones"
 	@echo "make test-long     the tests of ten seconds and more"
+	@echo "make test-plant    the tests of the plant of the blind proof"
 	@echo "make coverage      the tests again, and the lines that they leave out"
 	@echo "make blind SEED=n  one concealed case: drawn, sealed, diagnosed, opened"
 	@echo "make proof         the long studies"
@@ -40,6 +41,9 @@ unit: bootstrap
 
 test-long: bootstrap
 	@$(PYTHON) -m pytest $(TWO) -m long --junitxml=out/tests-long.xml
+
+test-plant: bootstrap
+	@$(PYTHON) -m pytest -n 2 benchmarks/concealed --junitxml=out/tests-plant.xml
 
 coverage: bootstrap
 	@$(PYTHON) -m pytest $(TWO) --cov=src --cov-report=term:skip-covered --cov-fail-under=90

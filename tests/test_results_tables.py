@@ -63,3 +63,29 @@ def test_what_is_removed_is_told_with_its_worst_decile() -> None:
     assert "n = 3): median 100.0 %" in line
     assert "worst decile 92.0 %" in line
     assert tables.removal([{**ENTRIES[0], "removed": None}]) == []
+
+
+def test_a_fit_without_the_effect_bounds_what_the_plant_calls_e() -> None:
+    pair = [{"name": n, "location": "x"} for n in ("cable_drag", "quadratic_drag")]
+
+    def case(name: str, said: int, planted: int, retuned: float, explained: float) -> Any:
+        truth = {"kind": "pair" if planted > 1 else "effect", "E": 1000.0}
+        truth["effects"] = pair[:planted]
+        reached = {"retuned": retuned, "explained": explained}
+        return {
+            "name": name,
+            "truth": truth,
+            "document": {"effects": pair[:said]},
+            "reached": reached,
+        }
+
+    told = [
+        case("a", 1, 1, 990.0, 5.0),  # what was planted is in the second
+        case("b", 1, 1, 400.0, 5.0),
+        case("c", 1, 2, 9000.0, 30.0),  # one of two explains both
+        case("d", 2, 2, 9000.0, 3.0),
+    ]
+    (sentence, _) = tables.overstated(told)
+    assert "in 2 of 4 cases" in sentence
+    assert "b (1000: 400), c (1000: 30)" in sentence
+    assert tables.overstated([{"truth": {"kind": "effect"}}]) == []

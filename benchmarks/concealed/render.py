@@ -18,6 +18,7 @@ from benchmarks.concealed.tables import (
     by,
     headline,
     levels,
+    overstated,
     removal,
     speed,
 )
@@ -71,6 +72,7 @@ def tables(entries: list[Entry], stem: str, aims: tuple[str, ...], hidden: str =
         *headline(entries, aims),
         "",
         *removal(entries),
+        *overstated(entries),
         "### Levels of concealment",
         "",
         *levels(entries, stem, hidden),

@@ -19,7 +19,7 @@ from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.calibration import section as trusted
 from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waiting
 from benchmarks.concealed.score import fulfilled
-from benchmarks.concealed.tables import FULL_AIMS, by, headline, removal
+from benchmarks.concealed.tables import FULL_AIMS, by, headline, overstated, removal
 
 SEEDS = 200
 STORE = RESULTS / "seeds.jsonl"
@@ -58,6 +58,7 @@ def section() -> list[str]:
         *headline(entries, FULL_AIMS),
         "",
         *removal(entries),
+        *overstated(entries),
         *trusted(entries),
         *by(entries, "effect"),
         "",

@@ -15,6 +15,7 @@ Entry = dict[str, Any]
 STRONG = 700.0  # planted at E = 1000; the real E scatters around it
 TEN_AIMS = ("95 %", "95 %", "-", "-", "<= 2 %", "<= 1 %", "-", "-", "-")
 FULL_AIMS = ("98 %", "95 %", "92 %", "-", "<= 1 %", "<= 1 %", "90 %", "<= 3 %", "90 %")
+MORE = 1.5  # times the E that a fit reaches: the plant's is overstated
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
 
 
@@ -78,6 +79,36 @@ def removal(entries: list[Entry]) -> list[str]:
         f"decile {100 * np.quantile(shares, 0.1):.1f} % (aim 90 %).",
         "",
     ]
+
+
+def overstated(entries: list[Entry]) -> list[str]:
+    """Where the plant's E is more than what a fit without the effect leaves of the truth, as a
+    sentence; nothing where that was not kept.
+    """
+    told = [e for e in entries if "reached" in e and e["truth"]["kind"] in ("effect", "pair")]
+    far = [e for e in told if _least(e) < e["truth"]["E"] / MORE]
+    if not told:
+        return []
+    names = ", ".join(f"{e['name']} ({e['truth']['E']:.0f}: {_least(e):.0f})" for e in far)
+    return [
+        "E is a minimum, which the plant may miss: in "
+        f"{len(far)} of {len(told)} cases a machine that was fitted here without all that was "
+        f"planted comes {MORE:g} times nearer to the noise-free truth than that"
+        f"{': ' + names if names else ''}. No case is counted otherwise for it.",
+        "",
+    ]
+
+
+def _least(entry: Entry) -> float:
+    """Squared distance to the noise-free truth of what was fitted without all that was planted: the
+    retuned machine, and that with some of a set.
+    """
+    said, planted = (
+        {(e["name"], e["location"]) for e in effects}
+        for effects in (entry["document"]["effects"], entry["truth"]["effects"])
+    )
+    some = bool(said) and said < planted
+    return min(v for k, v in entry["reached"].items() if k == "retuned" or some)
 
 
 def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
