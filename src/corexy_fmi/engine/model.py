@@ -120,7 +120,7 @@ def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str,
 
 def _determined(fit: Fit, k: int, spread: Array) -> bool:
     """Whether an interval leaves out any of the range that the catalogue allows."""
-    (low, high), u = fit.problem.unknowns[k].limits(), float(fit.u[k])
+    (low, high), u = fit.problem.unknowns[k].range(), float(fit.u[k])
     reach = Z95 * math.sqrt(max(float(spread[k, k]), 0.0))
     return min(u + reach, high) - max(u - reach, low) < WHOLE * (high - low)
 

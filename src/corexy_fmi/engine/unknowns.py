@@ -52,6 +52,7 @@ class Unknown:
     force: bool = False  # a mass, force or stiffness: its unit holds newtons or kilograms
     held: float = 0.0  # what acts as it does, is not fitted, and grows with the unit of force, too
     mirror: tuple[int, float] | None = None  # another index, and what its value is of this one's
+    allowed: tuple[float, float] | None = None  # the catalogue's bounds, where a fit's are narrower
 
     def value(self, u: Array | float) -> Array:
         """Physical value at u."""
@@ -70,7 +71,11 @@ class Unknown:
     def near(self, count: int) -> Unknown:
         """The same, held near a whole number."""
         away = WITHIN * abs(count)
-        return replace(self, bounds=(count - away, count + away))
+        return replace(self, bounds=(count - away, count + away), allowed=self.bounds)
+
+    def range(self) -> tuple[float, float]:
+        """Of u, what the catalogue allows."""
+        return replace(self, bounds=self.allowed or self.bounds).limits()
 
     def limits(self) -> tuple[float, float]:
         """Bounds of u."""
