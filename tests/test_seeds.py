@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.concealed import seeds
+from benchmarks.concealed import render, seeds
 from benchmarks.concealed.proof import waiting
+from benchmarks.concealed.render import MARKS
 
 
 def test_a_shard_goes_on_where_its_file_ends(tmp_path: Path) -> None:
@@ -48,5 +49,18 @@ def test_the_score_counts_classes_of_near_twins_alone(
     assert "| nulls with imperfect nuisances: anything named or doubted | <= 1 % | 1/1" in page
     assert "right coordinate 2/2" in page
     assert "| axis_skew | 3 | 1 | 2 |" in page
+    readme = f"before\n{MARKS[0]}\nold\n{MARKS[1]}\nafter"
+    told = render.score_in(readme)
+    assert told.startswith("before\n")
+    assert told.endswith("\nafter")
+    assert "old" not in told
+    assert "as asked 2/4 = 50.0 %" in " ".join(told.split())
+    assert render.score_in(told) == told
+    assert render.score_in("no marks") == "no marks"
     (tmp_path / "seeds.0.jsonl").unlink()
     assert seeds.section() == []
+
+
+def test_readme_says_what_the_stored_outcomes_say() -> None:
+    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    assert render.score_in(readme) == readme

@@ -6,10 +6,11 @@ import argparse
 import json
 from collections import Counter
 from pathlib import Path
+from textwrap import fill
 
+from benchmarks.concealed import seeds
 from benchmarks.concealed.calibration import section
 from benchmarks.concealed.proof import RESULTS, read
-from benchmarks.concealed.seeds import section as seeds
 from benchmarks.concealed.settle import section as settled
 from benchmarks.concealed.tables import (
     FULL_AIMS,
@@ -25,6 +26,7 @@ from benchmarks.concealed.tables import (
 from benchmarks.concealed.wall import section as wall
 from benchmarks.mechanism.page import section as mechanisms
 
+MARKS = ("<!-- seeds -->", "<!-- /seeds -->")  # of README.md
 LARGE = 50  # cases of an earlier run that is shown in full
 HIDDEN = (
     ", the belts' stiffness without such limits (to a 27th in this run, a mistake of the plant's, "
@@ -153,7 +155,7 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         "",
         *(full(now) if now else []),
         *settled(),
-        *seeds(),
+        *seeds.section(),
         *mechanisms(),
         *ten(before),
         *earlier(),
@@ -167,12 +169,24 @@ def page(now: list[Entry], before: list[Entry]) -> str:
     return "\n".join(lines)
 
 
+def score_in(readme: str) -> str:
+    """README.md with the score over the seeds between its marks; as it is without any."""
+    before, mark, rest = readme.partition(MARKS[0])
+    _, end, after = rest.partition(MARKS[1])
+    entries = seeds.stored()
+    if not (mark and end and entries):
+        return readme
+    return f"{before}{mark}\n{fill(seeds.sentence(entries), 100)}\n{end}{after}"
+
+
 def main() -> None:
-    """Write RESULTS.md."""
+    """Write RESULTS.md, and the score into README.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("RESULTS.md"))
     given, now, before = parser.parse_args(), run_of("full"), run_of("proof")
     given.out.write_text(page(now, before), encoding="utf-8")
+    readme = Path("README.md")
+    readme.write_text(score_in(readme.read_text(encoding="utf-8")), encoding="utf-8")
     print(json.dumps(Counter(e["outcome"] for e in now)))
 
 
