@@ -141,6 +141,7 @@ def least_distance(world, planted, values):
         ("axis_skew", "sensor", "commissioning", "gt2_printer"),
     ],
 )
+@pytest.mark.long
 def test_no_other_optimiser_finds_a_nearer_nominal_machine(effect, location, setting, machine):
     case = plant.draw(7, "effect", effect, location, setting, 1000.0, machine=machine)
     planted = replanted(case)
@@ -166,6 +167,7 @@ DRAWN = [
 
 
 @pytest.mark.parametrize(("kind", "effect", "setting", "machine"), DRAWN)
+@pytest.mark.long
 def test_a_draw_is_repeatable_sealed_and_has_a_twin(kind, effect, setting, machine):
     case, again = (
         plant.draw(11, kind, effect, setting=setting, machine=machine, target_E=300.0)

@@ -78,6 +78,7 @@ DRAWN = [
 
 
 @pytest.mark.parametrize(("name", "setting"), DRAWN)
+@pytest.mark.long
 def test_a_drawn_case_has_the_evidence_that_was_asked_for(name, setting):
     case = plant.draw(21, "effect", name, setting=setting, target_E=1000.0, machine="light_bench",
                       catalogue="full")  # fmt: skip
@@ -95,6 +96,7 @@ def test_a_drawn_case_has_the_evidence_that_was_asked_for(name, setting):
         }
 
 
+@pytest.mark.long
 def test_twins_stay_twins_where_signatures_bend():
     """On retuned belts the angle between a delay and a lag is wide; yet a lag fits as well."""
     case = plant.draw(2820509491, "effect", "sensor_delay", setting="commissioning",

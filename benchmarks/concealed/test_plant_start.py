@@ -39,6 +39,7 @@ def test_a_constant_force_was_there_before_the_recording(drive, axis, spring):
     assert np.abs(shown["y" if axis == "x" else "x"]).max() < 1e-9
 
 
+@pytest.mark.long
 def test_only_a_known_zero_tells_of_a_constant_force():
     """With free offsets the force leaves nothing; with the inputs' zero it is seen."""
     options = {
@@ -76,6 +77,7 @@ def test_a_weak_magnet_slips_and_a_strong_one_does_not():
     assert clean(world, (strong,))[0]["x"].shape == clean(world, (weak,))[0]["x"].shape
 
 
+@pytest.mark.long
 def test_one_more_run_shows_the_same_machine_elsewhere():
     case = plant.draw(
         5, effect="tool_mode", setting="commissioning", target_E=1000.0, catalogue="full"

@@ -51,16 +51,18 @@ def _glance(lead: Lead) -> Fit:
     return minimise(lead.problem, lead.starts[0], 1, 0.5, lead.borrowed())
 
 
-def _short(seen: tuple[Lead, Fit]) -> Fit:
+def _short(seen: tuple[Lead, Fit], top: float) -> Fit:
     """A short fit from the start that goes furthest in one iteration; a full one where it stays far
-    behind what its lead promised: stiffer belts must make room for a soft motor, which takes time.
+    behind what its lead promised, if that is as much as finalists have where ``top`` [nats] is had:
+    stiffer belts must make room for a soft motor, which takes time.
     """
     lead, first = seen
     near = lead.borrowed()
     begun = [first, *(minimise(lead.problem, u, 1, 0.5, near) for u in lead.starts[1:])]
     best = min(begun, key=lambda f: f.cost)
     found = minimise(lead.problem, best.u, 1, 0.5, near, SHORT)
-    owes = lead.gain > PROMISING and lead.base.cost - found.cost < OWED * lead.gain
+    promises = lead.gain > max(PROMISING, CONTENDS * top)
+    owes = promises and lead.base.cost - found.cost < OWED * lead.gain
     return minimise(found.problem, found.u, LONG, PLAIN) if owes else found
 
 
@@ -78,7 +80,8 @@ def _shorts(leads: list[Lead], mapper: Mapper, count: int) -> list[Fit]:
     ahead = [m < count or _bends(seen[n][0]) for m, n in enumerate(order)]
     fitted = [seen[n] for n, short in zip(order, ahead, strict=True) if short]
     left = [seen[n][1] for n, short in zip(order, ahead, strict=True) if not short]
-    return sorted(mapper(_short, fitted), key=rank) + left
+    top = max((lead.base.cost - rank(fit) for lead, fit in seen), default=0.0)
+    return sorted(mapper(lambda pair: _short(pair, top), fitted), key=rank) + left
 
 
 def _bends(lead: Lead) -> bool:
