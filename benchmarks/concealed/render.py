@@ -14,6 +14,7 @@ from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.settle import section as settled
 from benchmarks.concealed.tables import (
     FULL_AIMS,
+    ONCE,
     TEN_AIMS,
     Entry,
     by,
@@ -31,10 +32,6 @@ LARGE = 50  # cases of an earlier run that is shown in full
 HIDDEN = (
     ", the belts' stiffness without such limits (to a 27th in this run, a mistake of the plant's, "
     "mended since)"
-)
-ONCE = (
-    "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
-    "those after it, and none was run again. "
 )
 
 

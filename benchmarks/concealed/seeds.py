@@ -19,7 +19,7 @@ from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.calibration import section as trusted
 from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waiting
 from benchmarks.concealed.score import fulfilled
-from benchmarks.concealed.tables import FULL_AIMS, by, headline, overstated, removal
+from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline, overstated, removal
 
 SEEDS = 200
 STORE = RESULTS / "seeds.jsonl"
@@ -37,6 +37,7 @@ def section() -> list[str]:
     if not entries:
         return []
     commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
+    once = ONCE if len({e["commit"] for e in entries}) > 1 else ""
     said = Counter(f"{e['truth']['kind']} {e['outcome']}" for e in entries)
     met = sum(fulfilled(e["outcome"], e["truth"]) for e in entries)
     confident = sum(e["outcome"] in ("wrong", "false_alarm") for e in entries)
@@ -44,7 +45,7 @@ def section() -> list[str]:
         "## Seeds of `make blind`",
         "",
         f"`python -m benchmarks.concealed.seeds` at commit {commits}, seeds 0 to {SEEDS - 1}, "
-        f"{len(entries)} run so far; all 35 effects compete.",
+        f"{len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
         "",
         f"As asked (right, or a class with the truth where a twin is near): "
         f"{rate(met, len(entries))}; wrong and confident, or a false alarm: "
@@ -70,8 +71,8 @@ def sentence(entries: list[dict[str, Any]]) -> str:
     met = sum(fulfilled(e["outcome"], e["truth"]) for e in entries)
     confident = sum(e["outcome"] in ("wrong", "false_alarm") for e in entries)
     return (
-        f"Over the first {len(entries)} of its seeds 0 to {SEEDS - 1}, faint causes (E of 150) and "
-        f"pairs among them: as asked {rate(met, len(entries))}, wrong and confident or a false "
+        f"Over {len(entries)} of its seeds 0 to {SEEDS - 1}, run in their order, faint causes (E of "
+        f"150) and pairs among them: as asked {rate(met, len(entries))}, wrong and confident or a false "
         f"alarm {rate(confident, len(entries))} (Wilson 95 %)."
     )
 
