@@ -70,10 +70,11 @@ def sentence(entries: list[dict[str, Any]]) -> str:
     """What README.md says of them."""
     met = sum(fulfilled(e["outcome"], e["truth"]) for e in entries)
     confident = sum(e["outcome"] in ("wrong", "false_alarm") for e in entries)
+    asked, false = rate(met, len(entries)), rate(confident, len(entries))
     return (
-        f"Over {len(entries)} of its seeds 0 to {SEEDS - 1}, run in their order, faint causes (E of "
-        f"150) and pairs among them: as asked {rate(met, len(entries))}, wrong and confident or a false "
-        f"alarm {rate(confident, len(entries))} (Wilson 95 %)."
+        f"Over {len(entries)} of its seeds 0 to {SEEDS - 1}, run in their order, faint causes "
+        f"(E of 150) and pairs among them: as asked {asked}, wrong and confident or a false alarm "
+        f"{false} (Wilson 95 %)."
     )
 
 
