@@ -40,11 +40,12 @@ def test_the_score_counts_classes_of_near_twins_alone(
     ]  # fmt: skip
     text = "".join(json.dumps(line) + "\n" for line in lines)
     (tmp_path / "seeds.0.jsonl").write_text(text, encoding="utf-8")
-    (tmp_path / "seeds.0.seals.jsonl").write_text("{}\n", encoding="utf-8")
+    (tmp_path / "seeds.0.seals.jsonl").write_text(5 * "{}\n", encoding="utf-8")
     monkeypatch.setattr(seeds, "RESULTS", tmp_path)
     page = "\n".join(seeds.section())
     assert "2/4 = 50.0 %" in page
     assert "1/4 = 25.0 %" in page
+    assert "1 seals have no outcome of their own" in page
     assert "effect class 2; effect right 1; null false_alarm 1." in page
     assert "| nulls with imperfect nuisances: anything named or doubted | <= 1 % | 1/1" in page
     assert "right coordinate 2/2" in page

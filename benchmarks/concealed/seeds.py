@@ -39,17 +39,17 @@ def section() -> list[str]:
     commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
     once = ONCE if len({e["commit"] for e in entries}) > 1 else ""
     said = Counter(f"{e['truth']['kind']} {e['outcome']}" for e in entries)
-    met = sum(fulfilled(e["outcome"], e["truth"]) for e in entries)
-    confident = sum(e["outcome"] in ("wrong", "false_alarm") for e in entries)
+    asked, false = rates(entries)
     return [
         "## Seeds of `make blind`",
         "",
         f"`python -m benchmarks.concealed.seeds` at commit {commits}, seeds 0 to {SEEDS - 1}, "
         f"{len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
         "",
-        f"As asked (right, or a class with the truth where a twin is near): "
-        f"{rate(met, len(entries))}; wrong and confident, or a false alarm: "
-        f"{rate(confident, len(entries))}.",
+        f"As asked (right, or a class with the truth where a twin is near): {asked}; wrong and "
+        f"confident, or a false alarm: {false}. {unfinished(entries)} seals have no outcome of "
+        "their own: these were ended before one, by hand for another engine or by the clock, to be "
+        "begun anew.",
         "",
         "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
         "",
@@ -66,11 +66,22 @@ def section() -> list[str]:
     ]
 
 
-def sentence(entries: list[dict[str, Any]]) -> str:
-    """What README.md says of them."""
+def rates(entries: list[dict[str, Any]]) -> tuple[str, str]:
+    """How many are as asked, and wrong with confidence or a false alarm."""
     met = sum(fulfilled(e["outcome"], e["truth"]) for e in entries)
     confident = sum(e["outcome"] in ("wrong", "false_alarm") for e in entries)
-    asked, false = rate(met, len(entries)), rate(confident, len(entries))
+    return rate(met, len(entries)), rate(confident, len(entries))
+
+
+def unfinished(entries: list[dict[str, Any]]) -> int:
+    """How many more seals were written than outcomes."""
+    seals = [seal for path in RESULTS.glob("seeds*.seals.jsonl") for seal in read(path)]
+    return len(seals) - len(entries)
+
+
+def sentence(entries: list[dict[str, Any]]) -> str:
+    """What README.md says of them."""
+    asked, false = rates(entries)
     return (
         f"Over {len(entries)} of its seeds 0 to {SEEDS - 1}, run in their order, faint causes "
         f"(E of 150) and pairs among them: as asked {asked}, wrong and confident or a false alarm "

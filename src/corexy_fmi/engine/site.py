@@ -122,11 +122,12 @@ def _beside(location: str, places: Sequence[str]) -> bool:
     """Whether a place is one of others, or shares a part with one; pulleys are parts of belts and
     turn with motors.
     """
-    own, known = _parts(location), {part for place in places for part in _parts(place)}
+    own, known = parts(location), {part for place in places for part in parts(place)}
     turning = {"belts", *PARTS["motors"]}
     idlers = any(part.startswith("pulley") for part in own | known)
     return bool(own & known) or (idlers and bool(turning & (own | known)))
 
 
-def _parts(place: str) -> set[str]:
+def parts(place: str) -> set[str]:
+    """A place, and those that it is made of."""
     return {place, *PARTS.get(place, ())}

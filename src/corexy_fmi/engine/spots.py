@@ -12,13 +12,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from corexy_fmi.engine.candidates import laws
-from corexy_fmi.engine.entries import THRESHOLD, Competition, entry_of, ranked
+from corexy_fmi.engine.entries import THRESHOLD, Competition, catalogue_first, entry_of, ranked
 from corexy_fmi.engine.fit import Mapper, minimise, settle
 from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.probe_laws import FINE
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import long_fit
-from corexy_fmi.engine.site import Site
+from corexy_fmi.engine.site import Site, parts
 from corexy_fmi.engine.unknowns import Hypothesis
 
 ACROSS = 10  # knots of a window
@@ -29,23 +29,21 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
     is in it.
     """
     first = next(iter(found), None)
-    known = max((e.gain for e in competition.entries), default=0.0)
-    if first is None or first.state != "position" or first.gain <= max(known, 0.0) + THRESHOLD:
+    least = max([0.0, *(e.gain for e in competition.entries)]) + THRESHOLD
+    if first is None or first.state != "position" or first.gain <= least:
         return competition
     base = competition.retuned
-    axes = first.location if first.location in ("x", "y", "xy") else ""
-    wide = [
-        s for s in laws(base.problem, base.u) if s.location == s.argument and s.location in axes
-    ]
-    tried = [Hypothesis(law=window) for law in wide for window in _windows(law)]
+    wide = [law for law in laws(base.problem, base.u) if law.location == law.argument]
+    here = [law for law in wide if law.location in parts(first.location)]
+    tried = [Hypothesis(law=window) for law in here for window in _windows(law)]
     if not tried:
         return competition
     lead = screen(base, tried, mapper)[0]
     fit = settle(long_fit(minimise(lead.problem, lead.starts[0], 1)))
     entry = entry_of(base, fit)
-    if entry.gain <= known + THRESHOLD:
+    if entry.gain <= least:
         return competition
-    return ranked(base, [entry, *competition.entries])
+    return ranked(base, catalogue_first([entry, *competition.entries]))
 
 
 def _windows(law: LawShape) -> list[LawShape]:

@@ -25,16 +25,10 @@ MOST = 8  # sets of counts that are tried
 def with_whole_counts(fits: list[Fit], mapper: Mapper) -> list[Fit]:
     """Fits, best first, those near the best of them with their counts near whole numbers."""
     fits = sorted(fits, key=rank)
-    while any(broken := [_leads(f, fits[0]) and not is_whole(f) for f in fits]):
-        held = mapper(
-            lambda pair: whole(pair[0]) if pair[1] else pair[0], zip(fits, broken, strict=True)
-        )
-        fits = sorted(held, key=rank)
+    while broken := [f for f in fits if rank(f) < rank(fits[0]) + CLOSE and not is_whole(f)]:
+        kept = [f for f in fits if f not in broken]
+        fits = sorted([*kept, *mapper(whole, broken)], key=rank)
     return fits
-
-
-def _leads(fit: Fit, first: Fit) -> bool:
-    return rank(fit) - rank(first) < CLOSE
 
 
 def is_whole(fit: Fit) -> bool:

@@ -83,12 +83,8 @@ class Whitening:
         if len(coefficients) > ORDER:
             raise ValueError(f"a filter of order {len(coefficients)}, expected at most {ORDER}")
         if isinstance(rows, slice):
-            self.count, self.reach, first, index = (
-                rows.stop - rows.start,
-                rows.stop,
-                rows.start,
-                None,
-            )
+            first, self.reach, index = rows.start, rows.stop, None
+            self.count = self.reach - first
         else:
             self.count, self.reach, first = len(rows), int(max(rows, default=-1)) + 1, 0
             index = _held(rows, np.int64)
@@ -108,9 +104,8 @@ class Whitening:
             return False
         sets, length = simulated.shape
         if simulated.strides[1] != 8 or length < self.reach or len(white) != sets:
-            raise ValueError(
-                f"rows {simulated.shape}, expected ({len(white)}, {self.reach} or more)"
-            )
+            wanted = f"({len(white)}, {self.reach} or more), each side by side"
+            raise ValueError(f"rows {simulated.shape}, expected {wanted}")
         if any(w.shape != (self.count,) or w.strides != (8,) for w in white):
             raise ValueError(f"expected arrays of {self.count} numbers side by side")
         places = (ctypes.c_void_p * sets)(*(address(w) for w in white))
