@@ -19,8 +19,10 @@ typedef struct {
     const double *time, *input1, *input2; /* [rows]: angles [rad], voltages [V] or references [rad] */
     double kp, kd, rate_weight;           /* gains of the loop, share of the reference's rate */
     double limit, angle1, angle2;         /* longest micro-step [s] or 0, first angles [rad] */
+    double lead;                          /* [s] of motion at the first rate before the first row; 0: at rest */
     const double *parameter;              /* [sets][PARAMETER_COUNT] */
     const double *rest;                   /* [sets][4]: see stage_begin */
+    const double *push;                   /* [sets][8] where a lead ends: see stage_push; or NULL */
     const int *channel;                   /* outputs wanted, [channels] */
     int channels;
     double *out;                          /* [sets][channels][rows] */
@@ -71,9 +73,44 @@ static void record(stage *s, const batch *b, double *const *out, int row)
     }
 }
 
+/* what drives the stage a while before the first row, as the first interval goes on backwards */
+static void drive_before(stage *s, const batch *b, double ahead)
+{
+    const double *input[2] = {b->input1, b->input2};
+    for (int i = 0; i < 2; i++) {
+        const double rate = slope(b, input[i], 0), u = input[i][0] - rate * ahead;
+        s->input[i] = u;
+        s->input_rate[i] = rate;
+        for (int l = 0; l < LANES && b->mode == CLOSED_LOOP; l++)
+            s->voltage[i][l] = b->kp * (u - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
+    }
+    s->input_time = b->time[0] - ahead;
+}
+
+/* evenly up to the first row, by the loop's own clock, then off by as much as each set says */
+static void lead_in(stage *s, const batch *b, int first)
+{
+    const double rates[2] = {slope(b, b->input1, 0), slope(b, b->input2, 0)};
+    const int rows = b->mode == CLOSED_LOOP ? (int)(b->lead / (b->time[1] - b->time[0]) + 0.5) : 1;
+    lane push[8];
+    stage_set_off(s, rates);
+    for (int n = 0; n < rows; n++) {
+        drive_before(s, b, b->lead * (rows - n) / rows);
+        stage_advance(s, b->lead / rows, b->step);
+    }
+    s->time = s->begun = b->time[0];
+    if (!b->push) return;
+    for (int i = 0; i < 8; i++)
+        for (int l = 0; l < LANES; l++) push[i][l] = b->push[8 * set_of(b, first, l) + i];
+    stage_push(s, (const lane *)push);
+}
+
 static void begin(stage *s, batch *b, int first)
 {
-    const double angles[2] = {b->angle1, b->angle2};
+    const int leads = b->lead > 0 && b->rows > 1 && b->mode != VOLTAGES;
+    const double ahead = leads ? b->lead : 0.0;
+    const double angles[2] = {b->angle1 - ahead * slope(b, b->input1, 0),
+                              b->angle2 - ahead * slope(b, b->input2, 0)};
     lane rest[4];
     memset(s, 0, offsetof(stage, ring_time));
     s->topology = b->topology;
@@ -84,8 +121,9 @@ static void begin(stage *s, batch *b, int first)
         for (int i = 0; i < PARAMETER_COUNT; i++)
             s->parameter[i][l] = b->parameter[set * PARAMETER_COUNT + i];
     }
-    stage_begin(s, b->time[0], angles, (const lane *)rest);
+    stage_begin(s, b->time[0] - ahead, angles, (const lane *)rest);
     b->step = b->limit > 0 ? b->limit : stage_step_limit(s);
+    if (leads) lead_in(s, b, first);
 }
 
 /* whether all rows may be run at once */

@@ -89,6 +89,12 @@ typedef struct {
  * y are off [m], then, motor by motor, how much of their friction its last turn left the idlers */
 void stage_begin(stage *s, double time, const double *angles, const lane *rest);
 
+/* from where it rests into even motion: motors at these rates [rad/s], belts neither pull nor give */
+void stage_set_off(stage *s, const double *rates);
+
+/* off by so much, idlers along: x, y, both motors in place [m, rad], then in speed */
+void stage_push(stage *s, const lane *push);
+
 /* advance by duration [s] in micro-steps no longer than limit [s] */
 void stage_advance(stage *s, double duration, double limit);
 

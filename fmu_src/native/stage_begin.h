@@ -217,6 +217,46 @@ void stage_begin(stage *s, double time, const double *angles, const lane *rest)
     if (s->has_history) { sense(s); remember(s); }
 }
 
+/* idlers as they go with the ends (x, y, motors) of q; q holds the ends alone */
+static void go_along(stage *s, const lane *ends, lane *all)
+{
+    static const lane none[COORDINATES];
+    lane kept[COORDINATES];
+    memcpy(kept, s->q, sizeof kept);
+    memset(s->q, 0, sizeof s->q);
+    memcpy(s->q, ends, 4 * sizeof *ends);
+    settle(s, none, 0);
+    memcpy(all, s->q, sizeof kept);
+    memcpy(s->q, kept, sizeof kept);
+}
+
+void stage_set_off(stage *s, const double *rates)
+{
+    table *t = &TOPOLOGIES[s->topology];
+    lane ends[4];
+    for (int i = 0; i < 2; i++)
+        EACH {
+            ends[2 + i][l] = rates[i];
+            ends[i][l] = s->radius[0][l] * (t->rest[i][0] * rates[0] + t->rest[i][1] * rates[1]);
+        }
+    go_along(s, (const lane *)ends, s->v);
+    memcpy(s->before, s->v, sizeof s->before);
+    turn_along(s, t, 0.0);
+}
+
+void stage_push(stage *s, const lane *push)
+{
+    lane along[2][COORDINATES];
+    for (int k = 0; k < 2; k++) go_along(s, push + 4 * k, along[k]);
+    for (int i = 0; i < s->coordinates; i++)
+        EACH {
+            s->q[i][l] += along[0][i][l];
+            s->v[i][l] += along[1][i][l];
+            s->before[i][l] += along[1][i][l];
+        }
+    turn_along(s, &TOPOLOGIES[s->topology], 0.0);
+}
+
 /* the longest step */
 
 static int imposed(const stage *s, int i, int l)

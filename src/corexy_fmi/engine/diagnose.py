@@ -23,6 +23,7 @@ from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
 from corexy_fmi.engine.model import tuned_machine
+from corexy_fmi.engine.moving import begun, told
 from corexy_fmi.engine.name import compete
 from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
@@ -81,7 +82,8 @@ def diagnose(
     tell("checking wiring and units", 0.0)
     train, findings = preflight(train, machine)
     holdout, more = preflight(holdout, machine)
-    runs, kept = make_runs(train, holdout, machine)
+    runs, kept = (begun(r, layout, machine) for r in make_runs(train, holdout, machine))
+    moving = told((*runs, *kept))
     without |= meaningless(runs, machine, layout)
     whole, kept = whole_runs(runs), kept_parts(kept)
     with _workers(jobs) as mapper:
@@ -107,7 +109,7 @@ def diagnose(
         paper["repeats"] = loops
     if experiment is not None:
         paper["next_experiment"] = {"why": experiment.why, "program": experiment.order.name}
-    shown = exhibit(verdict, competition, fit, proof, machine, findings + more)
+    shown = exhibit(verdict, competition, fit, proof, machine, findings + more + moving)
     tell("done", 1.0)
     return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)
 

@@ -58,6 +58,7 @@ def step_response(fit: Fit, run: int, axis: str, spacing: float) -> Array:
     """What a force of 1 N from time zero on moves [m] along its axis, sampled from zero on."""
     problem, e = fit.problem, fit.problem.runs[run].excitation
     begins = np.quantile(e.time[:-1], np.linspace(0.1, 0.9, LANES - 1))
+    push = problem.push(fit.u[None], run)
     size = max(problem.machine.at("carriage_coulomb_friction"), 0.05)
     vectors = np.repeat(problem.vectors(fit.u[None], run), LANES, axis=0)
     for vector, begin in zip(vectors[1:], begins, strict=True):
@@ -71,6 +72,7 @@ def step_response(fit: Fit, run: int, axis: str, spacing: float) -> Array:
         fidelity=problem.machine.stage,
         dc=problem.machine.drive == "dc",
         rest=np.repeat(problem.rest(fit.u[None], run), LANES, axis=0),
+        push=None if push is None else np.repeat(push, LANES, axis=0),
         channels=(axis,),
         limit=problem.limit,
     )[:, 0]

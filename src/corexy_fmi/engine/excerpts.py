@@ -145,7 +145,7 @@ def _excerpt(run: Run, piece: _Piece, name: str) -> Run:
     rows = slice(begin, piece.last)
     drive = replace(e, time=e.time[rows], input1=e.input1[rows], input2=e.input2[rows])
     if begin:
-        drive = replace(drive, first_angles=None)
+        drive = replace(drive, first_angles=None, lead=0.0)
     channels = {n: v[rows] for n, v in {**run.recording.channels, **inputs(run.recording)}.items()}
     recording = replace(run.recording, name=name, time=e.time[rows], channels=channels)
     samples = _samples(run, piece.first, piece.last, begin)

@@ -1,7 +1,12 @@
-"""What holds a stage against a force, and how far friction holds its belts deflected."""
+"""What holds a stage against a force, how far friction holds its belts deflected, and how far off
+its even course a stage may be that is met in motion.
+"""
 
 from __future__ import annotations
 
+import numpy as np
+
+from corexy_fmi.kernel.call import Array, Excitation
 from corexy_fmi.machine import Machine
 from corexy_fmi.topologies import COREXY
 from corexy_fmi.topology import STAGES
@@ -21,6 +26,24 @@ def holding_stiffness(machine: Machine) -> float:
         return 2 * float(constants.stiffness[0])
     kp = machine.controller.kp if machine.controller else 1.0
     return machine.at("motor_torque_gain") * kp / machine.parameters["pulley_radius"] ** 2
+
+
+def push_scale(machine: Machine, pace: float) -> Array:
+    """Scale (8,) of a push (`PUSH`) at a pace [m/s]: that, and how far the belts give where it is
+    stopped at once.
+    """
+    stage = STAGES[_like(machine)]
+    masses = stage.constants(machine.parameters, float(machine.drive == "dc")).mass[:2]
+    stiff = holding_stiffness(machine)
+    give = pace * float(np.sqrt(max(masses) / stiff)) + deflection_scale(machine)
+    ends = np.array([1.0, 1.0, *2 * [1 / machine.parameters["pulley_radius"]]])
+    return np.concatenate([give * ends, pace * ends])
+
+
+def speeds(machine: Machine, e: Excitation) -> Array:
+    """Speed (rows - 1,) [m/s] that each interval of the inputs commands."""
+    path = STAGES[machine.stage].path(machine.parameters["pulley_radius"], e.input1, e.input2)
+    return np.asarray(np.hypot(*np.diff(path, axis=1)) / np.diff(e.time))
 
 
 def _like(machine: Machine) -> str:

@@ -1,7 +1,8 @@
 """The output-error problem: whitened residuals of a hypothesis over runs, and their Jacobian.
 
 Vector u: nominal parameters, effect parameters, then for each run its own nuisances: the rest it
-begins with (belts deflected, idlers held by their friction), where any clock is free by how much
+begins with (belts deflected, idlers held by their friction; where any begins in motion how far off
+an even one in place and speed), where any clock is free by how much
 its samples are late, and where the memories of effects begin.  Offsets of the channels are
 projected out, so that they cost no unknowns.
 """
@@ -15,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from corexy_fmi.engine.free_form import law_unknowns, write_law
-from corexy_fmi.engine.holding import deflection_scale
+from corexy_fmi.engine.holding import deflection_scale, push_scale
 from corexy_fmi.engine.micro_step import SHORTEST, damped, damps, needed, own_step
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run
@@ -29,7 +30,7 @@ from corexy_fmi.engine.unknowns import (
     nominal_unknowns,
 )
 from corexy_fmi.engine.whitening import Filter
-from corexy_fmi.kernel.call import REST, Array, run_lanes
+from corexy_fmi.kernel.call import PUSH, REST, Array, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
@@ -90,8 +91,9 @@ class Problem:
         object.__setattr__(self, "limit", limit)
         begins = self._begins()
         clock = ("clock",) if any(run.clock_free for run in self.runs) else ()
+        pushed = self._pushed() if any(run.moving for run in self.runs) else ()
         object.__setattr__(self, "begins", begins)
-        object.__setattr__(self, "own_keys", (*self._rest(), *clock, *begins))
+        object.__setattr__(self, "own_keys", (*self._rest(), *pushed, *clock, *begins))
         own = [np.inf if key == "clock" else 1.0 for key in self.own_keys]
         std = np.array([u.prior_std for u in unknowns] + own * len(self.runs))
         object.__setattr__(
@@ -121,6 +123,11 @@ class Problem:
         stage = STAGES[self.machine.stage]
         constants = stage.constants(self.machine.parameters, float(self.machine.drive == "dc"))
         return REST if max(constants.coulomb[4:], default=0.0) > 0 else REST[:2]
+
+    def _pushed(self) -> tuple[str, ...]:
+        """What may be off its course where a run begins in motion: imposed motors are not."""
+        imposed = self.machine.drive != "dc" or any(STAGES[self.machine.stage].direct)
+        return tuple(key for key in PUSH if not (imposed and "motor" in key))
 
     def _begins(self) -> dict[str, int]:
         """Where in the kernel's vector it stands at what a memory begins, by key."""
@@ -178,6 +185,17 @@ class Problem:
         found[:, :2] *= deflection_scale(self.machine)
         return found
 
+    def push(self, u: Array, run: int) -> Array | None:
+        """How far a run that begins in motion is off its even course, (sets, 8): `PUSH`."""
+        r = self.runs[run]
+        if not r.moving:
+            return None
+        found = np.zeros((len(u), len(PUSH)))
+        for k, key in enumerate(self.own_keys, self.first_own(run)):
+            if key in PUSH:
+                found[:, PUSH.index(key)] = u[:, k]
+        return found * push_scale(self.machine, r.pace)
+
     @cached_property
     def damping(self) -> list[int]:
         """Where in the kernel's vector it stands how much the hypothesis damps belts."""
@@ -201,6 +219,7 @@ class Problem:
             fidelity=self.machine.stage,
             dc=self.machine.drive == "dc",
             rest=self.rest(u, run),
+            push=self.push(u, run),
             channels=outputs or r.outputs,
             limit=limit,
         )
@@ -275,7 +294,7 @@ class Problem:
         pairs = [x.limits() for x in self.unknowns]
         for run in self.runs:
             reach = LATEST / LATE if run.clock_free else 0.0
-            bounds = {"clock": reach} | dict.fromkeys(REST[:2], 6.0)
+            bounds = {"clock": reach} | dict.fromkeys((*REST[:2], *PUSH), 6.0)
             pairs += [(-bounds.get(key, 1.0), bounds.get(key, 1.0)) for key in self.own_keys]
         low, high = np.array(pairs).T
         return low, high

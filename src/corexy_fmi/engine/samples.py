@@ -85,13 +85,16 @@ def even(errors: Array, time: Array) -> tuple[Array, float]:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording, or the part of it in use: excitation, samples, and its role."""
+    """One recording, or the part of it in use: excitation, samples, and its role; ``pace`` is the
+    fastest speed [m/s] that is commanded where it begins in motion, else 0.
+    """
 
     name: str
     role: str  # "train" or "holdout"
     recording: Recording
     excitation: Excitation
     samples: tuple[Samples, ...]
+    pace: float = 0.0
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -102,6 +105,11 @@ class Run:
     def count(self) -> int:
         """Number of scalar samples."""
         return sum(len(s.index) for s in self.samples)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the run begins in motion."""
+        return self.excitation.lead > 0
 
     @property
     def clock_free(self) -> bool:

@@ -25,6 +25,9 @@ LANES = 8
 # what a run begins with: how far x and y are off [m]; and of the friction of the idlers, how much
 # the last turn of each motor left them (-1 .. 1: all of it, either way)
 REST = ("deflection along x", "deflection along y", "idlers since motor 1", "idlers since motor 2")
+# and where it begins in motion: how far it is off its even course, in place, then in speed
+ENDS = ("x", "y", "motor 1", "motor 2")
+PUSH = (*(f"start of {end}" for end in ENDS), *(f"start speed of {end}" for end in ENDS))
 PLACES = {name: place for place, name in enumerate(STAGES)}
 LONG_RUN = 100_000  # rows, of all sets that do not run together
 
@@ -36,7 +39,8 @@ class _Batch(ctypes.Structure):
         *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive", "sets")),
         *((n, ctypes.c_void_p) for n in ("time", "input1", "input2")),
         *((n, ctypes.c_double) for n in ("kp", "kd", "rate_weight", "limit", "angle1", "angle2")),
-        *((n, ctypes.c_void_p) for n in ("parameter", "rest", "channel")),
+        ("lead", ctypes.c_double),
+        *((n, ctypes.c_void_p) for n in ("parameter", "rest", "push", "channel")),
         ("channels", ctypes.c_int),
         ("out", ctypes.c_void_p),
         ("step", ctypes.c_double),
@@ -51,7 +55,8 @@ class Excitation:
     ``mode``: "angles" [rad], linear between rows; "voltages" [V], held; "closed_loop": references
     [rad] of a PD law on the rotor angles, V_n = kp (ref_n - phi_n) + kd (w slope_n - omega_n), held
     from row n to the next; slope_n is the reference's on the interval that starts at row n, w the
-    ``rate_weight``.
+    ``rate_weight``.  A run begins at rest; where ``lead`` [s] is given, in even motion that long
+    before its first row, at the rate of its first interval (not where voltages drive it).
     """
 
     time: Array
@@ -62,6 +67,7 @@ class Excitation:
     kd: float = 0.0
     first_angles: tuple[float, float] | None = None
     rate_weight: float = 1.0
+    lead: float = 0.0
 
     def start(self) -> tuple[float, float]:
         """Motor angles [rad] at which the run rests at first."""
@@ -122,23 +128,24 @@ def _fill(
     e: Excitation,
     parameters: Array,
     stage: tuple[str, bool],
-    rest: Array,
+    begun: tuple[Array, Array],
     channels: tuple[str, ...],
     limit: float,
     out: Array,
 ) -> float:
-    """All sets into out (sets, channels, rows); ``stage`` is the fidelity, and whether it is DC.
+    """All sets into out (sets, channels, rows); ``stage`` is the fidelity, and whether it is DC,
+    ``begun`` what the sets begin with: rest (sets, 4) and push (sets, 8).
 
     Returns the longest step [s] of the last sets that ran together.
     """
     sets, (fidelity, dc) = len(parameters), stage
-    arrays = (e.time, e.input1, e.input2, parameters, rest)
+    arrays = (e.time, e.input1, e.input2, parameters, *begun)
     keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
     wanted, width = _wanted(channels), _width(sets)
     call = _Batch(
         *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, sets),
         *map(address, keep[:3]),
-        *(e.kp, e.kd, e.rate_weight, limit, *e.start()),
+        *(e.kp, e.kd, e.rate_weight, limit, *e.start(), e.lead),
         *map(address, keep[3:]),
         *(ctypes.addressof(wanted), len(wanted), address(out)),
     )
@@ -154,17 +161,16 @@ def _width(sets: int) -> int:
     return 1 if sets == 1 else LANES
 
 
-def _check_shapes(
-    layout: Layout, e: Excitation, parameters: Array, rest: Array | None = None
-) -> None:
+def _check_shapes(layout: Layout, e: Excitation, parameters: Array, *begun: Array | None) -> None:
     """The library reads as far as it is told to."""
     lengths = {len(e.time), len(e.input1), len(e.input2)}
     if len(lengths) != 1 or 0 in lengths:
         raise ValueError(f"time and inputs have {sorted(lengths)} rows, expected one number")
     if parameters.ndim != 2 or parameters.shape[1] != layout.parameters:
         raise ValueError(f"parameters {parameters.shape}, expected (sets, {layout.parameters})")
-    if rest is not None and rest.shape != (len(parameters), len(REST)):
-        raise ValueError(f"rest {rest.shape}, expected ({len(parameters)}, {len(REST)})")
+    for name, given, size in zip(("rest", "push"), begun, (len(REST), len(PUSH)), strict=False):
+        if given is not None and given.shape != (len(parameters), size):
+            raise ValueError(f"{name} {given.shape}, expected ({len(parameters)}, {size})")
 
 
 def run_lanes(
@@ -175,21 +181,26 @@ def run_lanes(
     fidelity: str = "full",
     dc: bool = False,
     rest: Array | None = None,
+    push: Array | None = None,
     channels: tuple[str, ...] = ("x", "y"),
     limit: float = 0.0,
 ) -> Array:
     """Run every parameter set through one excitation.
 
     ``parameters`` (sets, layout.parameters); ``rest`` (sets, 4): what each set begins
-    with (`REST`);
-    ``limit`` the longest micro-step [s], 0: from the fastest pole of the sets that run together.
+    with (`REST`); ``push`` (sets, 8): how far x, y, both motors [m, rad] and their speeds
+    are off where a lead ends (`PUSH`); ``limit`` the longest micro-step [s], 0: from the fastest
+    pole of the sets that run together.
     Returns (sets, channels, rows).  Sets run in blocks of eight in their order, so the result
     never depends on who calls.  Where there is no compiler Python does it, slowly (see
     `without_compiler`).  Raises ValueError where shapes do not fit.
     """
-    _check_shapes(layout, excitation, parameters, rest)
+    _check_shapes(layout, excitation, parameters, rest, push)
     sets = len(parameters)
-    begun = np.zeros((sets, len(REST))) if rest is None else rest
+    begun = (
+        np.zeros((sets, len(REST))) if rest is None else rest,
+        np.zeros((sets, len(PUSH))) if push is None else push,
+    )
     if not has_kernel(layout, _width(sets)):
         from corexy_fmi.kernel.without_compiler import run_slowly
 
@@ -199,7 +210,7 @@ def run_lanes(
             parameters,
             fidelity=fidelity,
             dc=dc,
-            rest=begun,
+            begun=begun,
             channels=channels,
             limit=limit,
         )
@@ -219,4 +230,5 @@ def step_limit(
         return slow_step_limit(layout, parameters, fidelity, dc)
     still = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
     rest, out = np.zeros((1, len(REST))), np.empty((1, 1, 1))
-    return _fill(layout, still, parameters[None], (fidelity, dc), rest, ("x",), 0.0, out)
+    begun = rest, np.zeros((1, len(PUSH)))
+    return _fill(layout, still, parameters[None], (fidelity, dc), begun, ("x",), 0.0, out)

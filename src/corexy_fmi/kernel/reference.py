@@ -11,13 +11,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from corexy_fmi.kernel.call import REST, Excitation
+from corexy_fmi.kernel.call import PUSH, REST, Excitation
 from corexy_fmi.kernel.clock import restamp
 from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, FREE_FORM_SIZE, KNOTS, Layout
 from corexy_fmi.kernel.reference_sensor import Past, history
 from corexy_fmi.kernel.reference_state import Array, ReferenceState
 
-NO_REST = np.zeros(len(REST))
+NO_REST, NO_PUSH = np.zeros(len(REST)), np.zeros(len(PUSH))
 EQUATION_1 = np.array([[0.5, 0.5], [0.5, -0.5]])  # x, y over the motors' travel
 
 
@@ -56,6 +56,21 @@ class ReferenceStage(ReferenceState):
         self._report()
         self.run_port("start_sensor")
         self._remember()
+
+    def set_off(self, rates: Array) -> None:
+        """Into even motion: motors at rates (2,) [rad/s], all else along."""
+        follow = np.array(self.stage.rest) * self.radius
+        self.a["v"] = self._settled(np.r_[follow @ rates, rates], 0.0)
+        self.a["before"] = self.a["v"].copy()
+        self._turn_along()
+
+    def push(self, off: Array) -> None:
+        """x, y, motors and their speeds off by (8,) [m, rad, m/s, rad/s], idlers along."""
+        for states, way in ((("q",), off[:4]), (("v", "before"), off[4:])):
+            along = self._settled(way, 0.0)
+            for state in states:
+                self.a[state] = self.a[state] + along
+        self._turn_along()
 
     def _settled(self, ends: Array, torque: Array | float) -> Array:
         """All coordinates at rest under a torque [N m] on each idler, axes and motors at ``ends``.
@@ -272,22 +287,46 @@ def _friction(speed: Array, most: Array, smooth: Array) -> Array:
     return taken
 
 
-def _drive(stage: ReferenceStage, e: Excitation, row: int) -> None:
-    """Hand row's inputs to the stage, until the next row."""
-    inputs, time = np.array([e.input1, e.input2]), e.time
-    last = row + 1 == len(time)
-    slope = np.zeros(2)
-    if not last:
-        slope = (inputs[:, row + 1] - inputs[:, row]) / (time[row + 1] - time[row])
-    given = inputs[:, row]
+def _slope(e: Excitation, row: int) -> Array:
+    """Rates (2,) of the inputs on the interval that starts at a row."""
+    if row + 1 == len(e.time):
+        return np.zeros(2)
+    rise = np.array([u[row + 1] - u[row] for u in (e.input1, e.input2)])
+    return np.asarray(rise / (e.time[row + 1] - e.time[row]))
+
+
+def _drive(stage: ReferenceStage, e: Excitation, row: int, ahead: float = 0.0) -> None:
+    """Hand a row's inputs to the stage, until the next row; or what they were ``ahead`` [s] of it,
+    as its interval goes on backwards.
+    """
+    slope = _slope(e, row)
+    given = np.array([e.input1[row], e.input2[row]]) - slope * ahead
     if e.mode == "angles":
-        stage.ramp, stage.ramp_time = (given, slope), float(time[row])
+        stage.ramp, stage.ramp_time = (given, slope), float(e.time[row]) - ahead
     elif e.mode == "voltages":
         stage.a["voltage"] = given.copy()
     else:
         error = given - stage.a["q"][2:4]
         rate = e.rate_weight * slope - stage.a["v"][2:4]
         stage.a["voltage"] = e.kp * error + e.kd * rate
+
+
+def _begin(stage: ReferenceStage, e: Excitation, rest: Array, push: Array, limit: float) -> None:
+    """At rest, or after a lead-in off its course."""
+    leads = e.lead > 0 and len(e.time) > 1 and e.mode != "voltages"
+    ahead, rates, first = e.lead if leads else 0.0, _slope(e, 0), float(e.time[0])
+    angles = np.array(e.start()) - ahead * rates
+    stage.begin(first - ahead, (float(angles[0]), float(angles[1])), rest)
+    if not leads:
+        return
+    stage.set_off(rates)
+    looped = e.mode == "closed_loop"
+    rows = int(ahead / (e.time[1] - e.time[0]) + 0.5) if looped else 1
+    for n in range(rows):
+        _drive(stage, e, 0, ahead * (rows - n) / rows)
+        stage.advance(ahead / rows, limit)
+    stage.time = stage.begun = first
+    stage.push(push)
 
 
 def run_reference(
@@ -298,12 +337,13 @@ def run_reference(
     fidelity: str = "full",
     dc: bool = False,
     rest: Array = NO_REST,
+    push: Array = NO_PUSH,
     limit: float,
     channels: tuple[str, ...] = ("x", "y"),
 ) -> Mapping[str, Array]:
     """One parameter set through one excitation; ``limit`` is the longest micro-step [s]."""
     stage, time, rows = ReferenceStage(layout, vector, fidelity, dc), excitation.time, []
-    stage.begin(float(time[0]), excitation.start(), rest)
+    _begin(stage, excitation, rest, push, limit)
     for n in range(len(time)):
         _drive(stage, excitation, n)
         rows.append(stage.outputs())

@@ -29,7 +29,7 @@ def run_slowly(
     *,
     fidelity: str,
     dc: bool,
-    rest: Array,
+    begun: tuple[Array, Array],
     channels: tuple[str, ...],
     limit: float,
 ) -> Array:
@@ -43,7 +43,8 @@ def run_slowly(
             _bundled(layout, parameters[fast]),
             fidelity=fidelity,
             dc=dc,
-            rest=rest[fast],
+            rest=begun[0][fast],
+            push=begun[1][fast],
             channels=channels,
             limit=limit,
         )
@@ -55,8 +56,7 @@ def run_slowly(
             with np.errstate(all="ignore"):
                 found = run_reference(
                     layout, excitation, parameters[n], fidelity=fidelity, dc=dc,
-                    rest=rest[n],
-                    limit=limit, channels=channels,
+                    rest=begun[0][n], push=begun[1][n], limit=limit, channels=channels,
                 )  # fmt: skip
             out[n] = [found[c] for c in channels]
         except BROKE:
