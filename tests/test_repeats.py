@@ -7,9 +7,11 @@ import pytest
 from engine_kit import BACKLASH, machine, other_motion, record, rich_motion, with_effects
 
 from corexy_fmi.engine.evidence import Evidence
+from corexy_fmi.engine.loops import find_loops
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.prove import Proof, replay
-from corexy_fmi.engine.repeats import as_rows, find_loops, repeated, repeating
+from corexy_fmi.engine.quiet import own_models
+from corexy_fmi.engine.repeats import as_rows, repeated, repeating
 from corexy_fmi.engine.samples import make_run
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.motion import chain, rest
@@ -116,3 +118,42 @@ def test_a_mismatch_that_fades_is_a_warm_up():
 
     row = next(r for r in as_rows(proof(looped(truth, change=fading))) if r["channel"] == "x")
     assert row["drift"] == "a mismatch that fades, as in a warm-up"
+
+
+def noise_of(mismatch, motion=None):
+    """The noise of x that errors of white noise and a mismatch (n,) of time are taken to have."""
+    made = looped() if motion is None else record(machine(), motion, noise=NOISE)
+    run = make_run(made, machine(), "train")
+    time = run.excitation.time[run.samples[0].index]
+    white_errors = NOISE * np.random.default_rng(4).normal(size=(2, len(time)))
+    return own_models((run,), [[white_errors[0] + mismatch(time), white_errors[1]]])[0]
+
+
+def in_every_loop(time):
+    """A slow mismatch, three times the noise, that comes back in every loop."""
+    return 3 * NOISE * np.sqrt(2) * np.sin(2 * np.pi * (time - time[0]) / PERIOD)
+
+
+def test_what_comes_back_in_every_loop_colours_no_noise():
+    x, y = noise_of(in_every_loop)
+    assert x.marginal == pytest.approx(NOISE, rel=0.05)
+    assert abs(x.coefficients.sum()) < 0.1
+    assert y.marginal == pytest.approx(NOISE, rel=0.05)
+
+
+def test_without_loops_it_does():
+    x, _ = noise_of(in_every_loop, motion=rich_motion())
+    assert x.marginal > 2 * NOISE
+    assert x.coefficients.sum() > 0.5
+
+
+def test_loops_that_drift_apart_tell_no_noise():
+    """A mismatch that turns over from loop to loop: their differences hold twice of it."""
+
+    def turning(time):
+        loop = ((time - time[0]) / PERIOD).astype(int)
+        return np.where(loop % 2 == 0, 1.0, -1.0) * in_every_loop(time)
+
+    x, _ = noise_of(turning)
+    own, differences = np.hypot(3, 1) * NOISE, np.hypot(3 * np.sqrt(2), 1) * NOISE
+    assert x.marginal < 1.1 * own < differences

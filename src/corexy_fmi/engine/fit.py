@@ -88,7 +88,7 @@ def minimise(
     residual = problem.residual(u[None])[0] if iterations == 0 else np.empty(0)
     for n in range(iterations):
         residual, jacobian = problem.linearised(u, borrowed if n == 0 else None, stretch)
-        if not np.isfinite(residual).all():
+        if not np.isfinite(costs(residual[None])[0]):  # it broke down
             return Fit(problem, u, np.inf, residual)
         before, exact = 0.5 * float(residual @ residual), jacobian
         for k in range(1 + secants):

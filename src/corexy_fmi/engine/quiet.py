@@ -2,8 +2,9 @@
 
 A slow mismatch can pass for coloured noise in a recording's own statistics, and is then invisible:
 the model that hides it is as good as true.  Where the same channel is much quieter in another
-recording, or at rest, that quieter noise is the noise.  What is still alike after a second is none:
-a jump in one recording would make a noise of it whose one surprise is the jump.
+recording, at rest, or in the differences of the motion's loops, that quieter noise is the noise.
+What is still alike after a second is none: a jump in one recording would make a noise of it whose
+one surprise is the jump.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.jitter import scatter
+from corexy_fmi.engine.loops import difference_noise, find_loops, looped_rows
 from corexy_fmi.engine.noise import Noise, estimate
 from corexy_fmi.engine.samples import Run, Samples, even
 from corexy_fmi.kernel.call import Array
@@ -109,6 +111,9 @@ def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
     """
     time = run.excitation.time[samples.index]
     quick = quick_part(errors, time) if lasting(errors, time) else errors
+    looped = _of_loops(run, samples, errors)
+    if looped is not None:
+        return looped
     whole, rest = estimate(quick, samples.breaks), at_rest(run)[samples.index]
     if min(rest.sum(), (~rest).sum()) < ROWS:
         return whole
@@ -120,3 +125,19 @@ def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
         return whole
     quiet = samples.without(~rest)
     return estimate(errors[rest], quiet.breaks)
+
+
+def _of_loops(run: Run, samples: Samples, errors: Array) -> Noise | None:
+    """The noise that loops of the motion show, which no mismatch that comes back can colour; None
+    without enough of them, or where they drift apart: then it is more than noise.
+    """
+    loops = find_loops(run)
+    time = run.excitation.time[samples.index]
+    near = looped_rows(samples, time, loops) if loops else None
+    if near is None or near[1:].size < ROWS:
+        return None
+    noise, differences = difference_noise(errors[near])
+    own = float(np.std(errors))
+    known = independent(differences)
+    drifts = noise.marginal > own and significance(noise.marginal / own, known, known) > SURE
+    return None if drifts or known < FEWEST else noise

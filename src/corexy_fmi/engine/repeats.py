@@ -1,7 +1,7 @@
-"""Loops: where the commanded motion repeats, what repeats of the mismatch is no noise.
+"""What loops of a motion say of the mismatch: what comes back in each of them is no noise, what
+changes from one to the next is a drift.
 
-The difference of the same place of two loops holds noise and drift alone, whatever the model lacks:
-its size over sqrt(2) is the noise, its correlation the noise's colour.  What changes from loop to
+What changes from loop to
 loop has a shape of its own: an offset that jumps (missed steps, slip) or creeps, a lag that grows
 (a clock), a mismatch that fades or grows (warm-up).
 """
@@ -13,27 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.noise import Noise, estimate
+from corexy_fmi.engine.loops import Loops, difference_noise, find_loops, looped_rows
+from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.quiet import LOUDER, SURE, independent, significance
-from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
 
-ALIKE, SAME = 0.7, 2e-3  # correlation of rates; share of the range that a repeat may be off
-TRIED, WHOLE, MOVING = 24, 0.95, 0.05  # lags; share of the best stretch, and of the range
-SHORTEST, FEWEST = 0.2, 3  # [s] of a loop; loops
-GRID = 20_000  # instants at which the command is compared
 STEP = 0.03  # share of what it explains that one step must explain beyond a trend
 SURELY, CLEARER = 5.0, 1.03  # standard errors of a drift; times what a simpler shape explains
-
-
-@dataclass(frozen=True)
-class Loops:
-    """``count`` repeats of ``period`` [s] from ``start`` [s] on."""
-
-    start: float
-    period: float
-    count: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,71 +41,6 @@ class Repeated:
     at: float | None
 
 
-def find_loops(run: Run) -> Loops | None:
-    """The repeats of a run's commanded motion; None where there are fewer than three, or voltages
-    drive it.
-    """
-    e = run.excitation
-    moved = np.flatnonzero((np.diff(e.input1) != 0) | (np.diff(e.input2) != 0))
-    if e.mode == "voltages" or len(moved) < 10:
-        return None
-    rows = slice(int(moved[0]), int(moved[-1]) + 2)
-    time = e.time[rows]
-    grid = np.linspace(time[0], time[-1], min(GRID, len(time)))
-    place = np.array([np.interp(grid, time, u[rows]) for u in (e.input1, e.input2)])
-    step = float(grid[1] - grid[0])
-    found = [_stretch(place, lag) for lag in _lags(np.diff(place, axis=1), SHORTEST / step)]
-    found = [f for f in found if f[2] >= FEWEST]
-    if not found:
-        return None
-    most = max(lag * count for lag, _, count in found)
-    lag, first, count = next(f for f in found if f[0] * f[2] > WHOLE * most)
-    return Loops(float(grid[first]), step * _exactly(place[:, first:], lag, count), count)
-
-
-def _lags(rate: Array, least: float) -> list[int]:
-    """Lags, shortest first, at which rates (2, n) look alike: peaks of their autocorrelation."""
-    rows = rate.shape[1]
-    power = np.abs(np.fft.rfft(rate, 2 * rows)) ** 2
-    alike = np.fft.irfft(power.sum(axis=0))[: rows * (FEWEST - 1) // FEWEST + 2]
-    alike /= alike[0] * (1 - np.arange(len(alike)) / rows)
-    middle = alike[1:-1]
-    tops = 1 + np.flatnonzero((middle >= alike[:-2]) & (middle > alike[2:]) & (middle > ALIKE))
-    tops = tops[tops > max(least, 2)]
-    best = tops[np.argsort(-alike[tops], kind="stable")[:TRIED]]
-    return sorted(int(k) for k in best)
-
-
-def _stretch(place: Array, lag: int) -> tuple[int, int, int]:
-    """The lag, where the longest stretch begins in which places (2, n) repeat, and its loops."""
-    far = SAME * float(np.ptp(place, axis=1).max()) + float(np.abs(np.diff(place, axis=1)).max())
-    off = np.abs(place[:, lag:] - place[:, :-lag]).max(axis=0) > far
-    first, last = _longest(~off)
-    still = np.ptp(place[:, first : first + lag], axis=1).max() < MOVING * np.ptp(place)
-    return lag, first, 0 if still else int((last - first) / lag + 1e-3) + 1
-
-
-def _exactly(place: Array, lag: int, count: int) -> float:
-    """The lag to a fraction of an instant, from the last whole loop beside the first."""
-    loops = min(count, (place.shape[1] - 1) // lag) - 1
-    reach = range(max(loops * (lag - 1), 1), loops * (lag + 1) + 1)
-    size = min(lag, place.shape[1] - reach[-1])
-    if loops < 1 or size < 2:
-        return float(lag)
-    cost = [float(np.mean((place[:, k : k + size] - place[:, :size]) ** 2)) for k in reach]
-    return reach[int(np.argmin(cost))] / loops
-
-
-def _longest(true: np.ndarray) -> tuple[int, int]:
-    """First and last + 1 of the longest run of True."""
-    edges = np.flatnonzero(np.diff(np.r_[False, true, False].astype(np.int8)))
-    if not len(edges):
-        return 0, 0
-    starts, ends = edges[::2], edges[1::2]
-    k = int(np.argmax(ends - starts))
-    return int(starts[k]), int(ends[k])
-
-
 def repeated(proof: Proof) -> list[tuple[str, Repeated]]:
     """For each training run with loops what its channels show, after the retuned machine."""
     found = []
@@ -135,35 +57,20 @@ def _channel(replayed: Replay, channel: int, loops: Loops | None) -> Repeated | 
     """What one channel shows over its whole loops; None where it has too few samples."""
     samples = replayed.run.samples[channel]
     time = replayed.run.excitation.time[samples.index]
-    end = loops.start + loops.count * loops.period if loops else -np.inf
-    whole = int((min(time[-1], end) - loops.start) / loops.period + 1e-3) if loops else 0
-    if loops is None or whole < FEWEST:
+    near = looped_rows(samples, time, loops) if loops else None
+    if loops is None or near is None:
         return None
     step = float(np.median(np.diff(time)))
-    phase = np.arange(0.0, loops.period - step / 2, step)
-    if len(phase) < 10:
-        return None
-    at = loops.start + loops.period * np.arange(whole)[:, None] + phase
-    near = np.clip(np.searchsorted(time, at - step / 2), 0, len(time) - 1)
     errors = replayed.errors[channel][near]  # (loops, samples of one)
-    noise, differences = _noise(errors)
+    noise, differences = difference_noise(errors)
     used = errors.ravel()
     ratio = float(np.sqrt(np.mean((used - used.mean()) ** 2)) / max(noise.marginal, 1e-15))
     sure = significance(ratio, independent(used - used.mean()), independent(differences))
     moved = np.gradient(samples.value[near].mean(axis=0), step)
     drift, size, loop = _drift(errors, moved, noise)
     jump = None if loop is None else loops.start + loop * loops.period
-    held = Loops(loops.start, loops.period, whole)
+    held = Loops(loops.start, loops.period, len(near))
     return Repeated(held, samples.channel, noise, ratio, sure, drift, size, jump)
-
-
-def _noise(errors: Array) -> tuple[Noise, Array]:
-    """The noise that the differences of neighbouring loops (k, n) show, each loop's mean apart."""
-    differences = np.diff(errors, axis=0) / np.sqrt(2.0)
-    differences = differences - differences.mean(axis=1, keepdims=True)
-    breaks = np.zeros(differences.shape, dtype=bool)
-    breaks[:, 0] = True
-    return estimate(differences.ravel(), breaks.ravel()), differences.ravel()
 
 
 def _drift(errors: Array, moved: Array, noise: Noise) -> tuple[str, float, int | None]:
