@@ -137,7 +137,5 @@ def _of_loops(run: Run, samples: Samples, errors: Array) -> Noise | None:
     if near is None or near[1:].size < ROWS:
         return None
     noise, differences = difference_noise(errors[near])
-    own = float(np.std(errors))
-    known = independent(differences)
-    drifts = noise.marginal > own and significance(noise.marginal / own, known, known) > SURE
-    return None if drifts or known < FEWEST else noise
+    drifts = noise.marginal > APART * float(np.std(errors))
+    return None if drifts or independent(differences) < FEWEST else noise
