@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.local import _as_clean
 from corexy_fmi.engine.moving import begun, told
-from corexy_fmi.engine.samples import make_run
+from corexy_fmi.engine.samples import GAP, make_run, split_in_time
 from corexy_fmi.kernel.call import PUSH, Excitation, run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.kernel.reference import run_reference
@@ -121,6 +122,18 @@ def test_a_jump_into_motion_begins_at_rest(name):
     assert not found_moving(replace(whole, time=e.time, channels=channels), chosen).moving
 
 
+def test_parts_of_a_recording_begin_as_it_does():
+    """The last part without --holdout, and both where an effect belongs to one recording."""
+    chosen = machine()
+    early, late = split_in_time(cut(record(chosen, rich_motion())), chosen, GAP)
+    known = begun([early], bundled_layout(), chosen)
+    after = begun([late], bundled_layout(), chosen, known)[0]
+    assert after.excitation.lead == known[0].excitation.lead > 0
+    assert after.samples is late.samples
+    assert after.role == "holdout"
+    assert _as_clean(early, known[0]).pace == known[0].pace > 0
+
+
 def test_the_user_is_told():
     chosen = machine()
     runs = [found_moving(r, chosen) for r in (cut(record(chosen, rich_motion())),)]
@@ -138,6 +151,13 @@ def test_a_cut_recording_of_nothing_is_nothing(name):
     found = diagnose(files[:1], files[1:], chosen, jobs=2).document
     assert found["verdict"] == "nothing_missing"
     assert found["heldout"]["rms_retuned"] < 1.05 * found["heldout"]["noise_std"]
+
+
+@pytest.mark.long
+def test_nor_is_it_without_data_kept_back():
+    truth = with_effects(machine(), **ASIDE)
+    found = diagnose([cut(record(truth, rich_motion()))], [], machine(), jobs=2).document
+    assert found["verdict"] == "nothing_missing"
 
 
 @pytest.mark.long

@@ -93,7 +93,7 @@ def minimise(
         before, exact = 0.5 * float(residual @ residual), jacobian
         for k in range(1 + secants):
             step, after, gain = stepped(problem, u, residual, jacobian, (low, high))
-            more = gain > enough and k < secants
+            more = gain > enough and k < secants and bool(step.any())
             if more:
                 unforeseen = after - residual - jacobian @ step
                 jacobian = jacobian + np.outer(step / (step @ step), unforeseen).T

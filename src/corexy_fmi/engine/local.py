@@ -52,10 +52,10 @@ def shows(fit: Fit) -> list[bool]:
 
 
 def _as_clean(part: Run, whole: Run) -> Run:
-    """A part of a recording without the samples that were left out of the whole as spikes."""
+    """A part of a recording, without the samples that were left out of the whole as spikes."""
     used = {s.channel: s.index for s in whole.samples}
     samples = [s.without(~np.isin(s.index, used[s.channel])) for s in part.samples]
-    return part.with_samples(tuple(samples))
+    return replace(whole, role=part.role, samples=tuple(samples))  # begun as the whole was
 
 
 def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) -> LastParts:
