@@ -4,11 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine_kit import NOISE, fitted, machine, problem, record, rich_motion, short_motion
+from engine_kit import (
+    ASIDE,
+    NOISE,
+    fitted,
+    machine,
+    pair,
+    problem,
+    record,
+    rich_motion,
+    short_motion,
+    with_effects,
+)
 from scipy.signal import lfilter
 
+from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.clean import spikes, without_spikes
-from corexy_fmi.engine.noise import Noise, estimate, quick_noise, warm_up
+from corexy_fmi.engine.noise import Noise, estimate, finest, quick_noise, warm_up
+from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.samples import Samples, make_run, split_in_time
 
 COUNT = 6000
@@ -108,6 +121,28 @@ def test_quick_noise_of_a_coarse_sensor_is_its_rounding():
     coarse = 1e-3 * np.round(recording["x"] / 1e-3)
     samples = Samples.of("x", coarse, recording.time, np.ones(len(coarse), dtype=bool))
     assert quick_noise(samples) == pytest.approx(1e-3 / np.sqrt(12))
+
+
+def test_a_recording_without_noise_has_a_millionth_of_its_motion():
+    recording = record(machine(), rich_motion(), noise=0.0)
+    run = make_run(recording, machine(), "train")
+    least = [1e-6 * np.std(recording[c]) for c in ("x", "y")]
+    assert [finest(s) for s in run.samples] == pytest.approx(least)
+    random = np.random.default_rng(1)
+    for size, expected in ((1e-13, least), (1e-6, (1e-6, 1e-6))):
+        errors = [size * random.normal(size=len(s.index)) for s in run.samples]
+        found = own_models((run,), [errors])[0]
+        assert [n.marginal for n in found] == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.long
+def test_a_recording_without_noise_of_nothing_is_nothing():
+    """Arithmetic that is left of it, 1e-12 m, was unexplained before."""
+    chosen = machine("light_bench")
+    files, judge = pair(with_effects(chosen, **ASIDE), noise=0.0)
+    found = diagnose(files, judge, chosen, jobs=2).document
+    assert found["verdict"] == "nothing_missing"
+    assert found["heldout"]["rms_retuned"] < 1e-9
 
 
 def test_samples_of_a_tracker():

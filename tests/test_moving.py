@@ -6,6 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from engine_kit import (
+    ASIDE,
+    BACKLASH,
+    machine,
+    other_motion,
+    record,
+    rich_motion,
+    with_effects,
+)
+from kernel_helpers import LOOP, MACHINES, STEP, angles_of, excitation, run, vector
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.local import _as_clean
@@ -16,16 +26,6 @@ from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.kernel.reference import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import chain, line, rest
-from tests.engine_kit import (
-    ASIDE,
-    BACKLASH,
-    machine,
-    other_motion,
-    record,
-    rich_motion,
-    with_effects,
-)
-from tests.kernel_helpers import LOOP, MACHINES, STEP, angles_of, excitation, run, vector
 
 CUT = 0.3  # [s] in the middle of the first stroke of the kit's motions
 

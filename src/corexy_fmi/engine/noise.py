@@ -15,6 +15,9 @@ from corexy_fmi.engine.samples import Samples
 from corexy_fmi.kernel.call import Array
 
 ORDERS = (0, 1, 2, 4, 8)
+FINEST = (
+    1e-6  # of a channel's own standard deviation: what no sensor resolves, nor a model foretells
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,4 +113,11 @@ def quick_noise(samples: Samples) -> float:
     third = np.abs(np.diff(samples.value, 3))
     steps = np.diff(np.unique(samples.value))
     rounding = float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0
-    return max(float(np.median(third)) / 0.6745 / np.sqrt(20.0), rounding, 1e-12)
+    return max(float(np.median(third)) / 0.6745 / np.sqrt(20.0), rounding, finest(samples))
+
+
+def finest(samples: Samples) -> float:
+    """The least standard deviation that counts as noise of a channel: where a recording has less,
+    as one that was simulated, what is left of it would be the model's own arithmetic.
+    """
+    return max(FINEST * float(np.std(samples.value)), 1e-12)

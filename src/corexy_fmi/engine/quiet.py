@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.loops import difference_noise, find_loops, looped_rows
-from corexy_fmi.engine.noise import Noise, estimate
+from corexy_fmi.engine.noise import Noise, estimate, finest, white
 from corexy_fmi.engine.samples import Run, Samples, even
 from corexy_fmi.kernel.call import Array
 
@@ -75,7 +75,10 @@ def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[
         for run, mine in zip(runs, errors, strict=True)
     ]
     found = [
-        [_of_run(run, s, e, v) for s, e, v in zip(run.samples, mine, jitter, strict=True)]
+        [
+            at_least(_of_run(run, s, e, v), finest(s))
+            for s, e, v in zip(run.samples, mine, jitter, strict=True)
+        ]
         for run, mine, jitter in zip(runs, errors, late, strict=True)
     ]
     sizes = [[independent(e - e.mean()) for e in mine] for mine in errors]
@@ -88,6 +91,11 @@ def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[
                 if ratio > APART and significance(ratio, alike, sizes[q][k]) > SURE:
                     found[r][c] = found[q][k]
     return tuple(map(tuple, found))
+
+
+def at_least(noise: Noise, std: float) -> Noise:
+    """A noise, or white noise of a standard deviation where it is less."""
+    return noise if noise.marginal > std else white(std)
 
 
 def left(deviation: float, known: float) -> float:
