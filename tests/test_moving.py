@@ -137,7 +137,7 @@ def test_parts_of_a_recording_begin_as_it_does():
 def test_the_user_is_told():
     chosen = machine()
     runs = [found_moving(r, chosen) for r in (cut(record(chosen, rich_motion())),)]
-    assert [f.text for f in told(runs)] == [f"{runs[0].name}: begins in motion"]
+    assert [f.text for f in told([*runs, *runs])] == [f"{runs[0].name}: begins in motion"]
     assert told([replace(r, excitation=replace(r.excitation, lead=0.0)) for r in runs]) == []
 
 

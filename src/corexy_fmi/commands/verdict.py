@@ -21,7 +21,9 @@ WORDS = {
 
 
 def show_verdict(document: Mapping[str, Any]) -> None:
-    """Verdict, causes and held-out proof; the surrogate's assumption first."""
+    """Verdict, what is wrong with the recordings, causes and held-out proof; the surrogate's
+    assumption first.
+    """
     from corexy_fmi.engine.classes import equals
 
     screen = console()
@@ -31,6 +33,8 @@ def show_verdict(document: Mapping[str, Any]) -> None:
         lines.append("no machine file was given: yin2018, a surrogate, was assumed")
     colour = COLOURS.get(verdict, "red")
     screen.print(Panel(Text("\n".join(lines)), title="diagnosis", border_style=colour))
+    for found in document.get("findings", ()):
+        screen.print(f"{found['text']}. {found['fix']}", style="yellow", markup=False)
     told = [e["description"] for e in document["effects"] if e.get("description")]
     if told:
         screen.print(f"{document['located']['coordinate']}: {told[0]}", markup=False)

@@ -107,11 +107,13 @@ def diagnose(
         leads = bounds(quick(fit), others, mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
     paper = _document(verdict, competition, fit, proof, leads, machine, machine_assumed, weak)
+    told_first = [*findings, *more, *moving]
+    paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
     if loops := as_rows(proof):
         paper["repeats"] = loops
     if experiment is not None:
         paper["next_experiment"] = {"why": experiment.why, "program": experiment.order.name}
-    shown = exhibit(verdict, competition, fit, proof, machine, findings + more + moving)
+    shown = exhibit(verdict, competition, fit, proof, machine, told_first)
     tell("done", 1.0)
     return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)
 

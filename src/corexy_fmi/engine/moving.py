@@ -45,9 +45,10 @@ def begun(
 
 
 def told(runs: Sequence[Run]) -> list[Finding]:
-    """What to say of runs that begin in motion."""
+    """What to say of recordings that begin in motion."""
     fix = "Its first state is left free; a start at rest tells more of the machine."
-    return [Finding(f"{run.name}: begins in motion", fix) for run in runs if run.moving]
+    names = dict.fromkeys(run.name for run in runs if run.moving)
+    return [Finding(f"{name}: begins in motion", fix) for name in names]
 
 
 def _begun(run: Run, layout: Layout, machine: Machine) -> Run:
