@@ -19,7 +19,7 @@ from kernel_helpers import LOOP, MACHINES, STEP, angles_of, excitation, run, vec
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.local import _as_clean
-from corexy_fmi.engine.moving import begun, told
+from corexy_fmi.engine.moving import begun, begun_alike, told
 from corexy_fmi.engine.samples import GAP, make_run, split_in_time
 from corexy_fmi.kernel.call import PUSH, Excitation, run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
@@ -127,7 +127,7 @@ def test_parts_of_a_recording_begin_as_it_does():
     chosen = machine()
     early, late = split_in_time(cut(record(chosen, rich_motion())), chosen, GAP)
     known = begun([early], bundled_layout(), chosen)
-    after = begun([late], bundled_layout(), chosen, known)[0]
+    after = begun_alike([late], known)[0]
     assert after.excitation.lead == known[0].excitation.lead > 0
     assert after.samples is late.samples
     assert after.role == "holdout"

@@ -7,7 +7,6 @@ import pytest
 from engine_kit import BACKLASH, machine, other_motion, record, rich_motion, with_effects
 
 from corexy_fmi.engine.evidence import Evidence
-from corexy_fmi.engine.loops import find_loops
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.prove import Proof, replay
 from corexy_fmi.engine.quiet import own_models
@@ -44,7 +43,7 @@ def proof(recording, nominal=None):
 
 
 def test_loops_are_found():
-    found = find_loops(make_run(looped(), machine(), "train"))
+    found = make_run(looped(), machine(), "train").loops
     assert found.count == LOOPS
     assert found.period == pytest.approx(PERIOD, abs=2e-3)
 
@@ -52,7 +51,7 @@ def test_loops_are_found():
 @pytest.mark.parametrize("motion", [rich_motion(), other_motion(), rest((0, 0), 3.0)])
 def test_what_does_not_repeat_has_none(motion):
     run = make_run(record(machine(), motion), machine(), "train")
-    assert find_loops(run) is None
+    assert run.loops is None
 
 
 def test_noise_is_told_from_a_mismatch_that_comes_back():

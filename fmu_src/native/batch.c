@@ -22,7 +22,7 @@ typedef struct {
     double lead;                          /* [s] of motion at the first rate before the first row; 0: at rest */
     const double *parameter;              /* [sets][PARAMETER_COUNT] */
     const double *rest;                   /* [sets][4]: see stage_begin */
-    const double *push;                   /* [sets][8] where a lead ends: see stage_push; or NULL */
+    const double *push;                   /* [sets][8] where a lead ends: see stage_push */
     const int *channel;                   /* outputs wanted, [channels] */
     int channels;
     double *out;                          /* [sets][channels][rows] */
@@ -99,7 +99,6 @@ static void lead_in(stage *s, const batch *b, int first)
         stage_advance(s, b->lead / rows, b->step);
     }
     s->time = s->begun = b->time[0];
-    if (!b->push) return;
     for (int i = 0; i < 8; i++)
         for (int l = 0; l < LANES; l++) push[i][l] = b->push[8 * set_of(b, first, l) + i];
     stage_push(s, (const lane *)push);

@@ -217,7 +217,7 @@ void stage_begin(stage *s, double time, const double *angles, const lane *rest)
     if (s->has_history) { sense(s); remember(s); }
 }
 
-/* idlers as they go with the ends (x, y, motors) of q; q holds the ends alone */
+/* all coordinates as idlers follow the ends (x, y, motors) without pull */
 static void go_along(stage *s, const lane *ends, lane *all)
 {
     static const lane none[COORDINATES];

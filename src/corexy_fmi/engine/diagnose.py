@@ -23,7 +23,7 @@ from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
 from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.moving import begun, told
+from corexy_fmi.engine.moving import begun, begun_alike, told
 from corexy_fmi.engine.name import compete
 from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
@@ -84,7 +84,7 @@ def diagnose(
     holdout, more = preflight(holdout, machine)
     runs, kept = make_runs(train, holdout, machine)
     runs = begun(runs, layout, machine)
-    kept = begun(kept, layout, machine, () if holdout else runs)
+    kept = begun(kept, layout, machine) if holdout else begun_alike(kept, runs)
     moving = told((*runs, *kept))
     without |= meaningless(runs, machine, layout)
     whole, kept = whole_runs(runs), kept_parts(kept)

@@ -1,19 +1,12 @@
-"""Loops: where the commanded motion repeats, and the noise that their differences show.
-
-The difference of the same place of two loops holds noise and drift alone, whatever the model lacks:
-its size over sqrt(2) is the noise, its correlation the noise's colour.
-"""
+"""Loops: where the commanded motion repeats, and which samples of each loop belong together."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from corexy_fmi.engine.noise import Noise, estimate
-from corexy_fmi.engine.samples import Run, Samples
-from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.call import Array, Excitation
 
 ALIKE, SAME = 0.7, 2e-3  # correlation of rates; share of the range that a repeat may be off
 TRIED, WHOLE, MOVING = 24, 0.95, 0.05  # lags; share of the best stretch, and of the range
@@ -31,12 +24,10 @@ class Loops:
     count: int
 
 
-@lru_cache(maxsize=64)
-def find_loops(run: Run) -> Loops | None:
-    """The repeats of a run's commanded motion; None where there are fewer than three, or voltages
+def find_loops(e: Excitation) -> Loops | None:
+    """The repeats of a commanded motion; None where there are fewer than three, or voltages
     drive it.
     """
-    e = run.excitation
     moved = np.flatnonzero((np.diff(e.input1) != 0) | (np.diff(e.input2) != 0))
     if e.mode == "voltages" or len(moved) < 10:
         return None
@@ -97,7 +88,7 @@ def _longest(true: np.ndarray) -> tuple[int, int]:
     return int(starts[k]), int(ends[k])
 
 
-def looped_rows(samples: Samples, time: Array, loops: Loops) -> np.ndarray | None:
+def looped_rows(time: Array, loops: Loops) -> np.ndarray | None:
     """Which sample is taken at the same place of each loop, (loops, n); ``time`` (m,) [s] of the
     samples; None where too few loops, or samples of one, are whole.
     """
@@ -109,12 +100,3 @@ def looped_rows(samples: Samples, time: Array, loops: Loops) -> np.ndarray | Non
         return None
     at = loops.start + loops.period * np.arange(whole)[:, None] + phase
     return np.clip(np.searchsorted(time, at - step / 2), 0, len(time) - 1)
-
-
-def difference_noise(errors: Array) -> tuple[Noise, Array]:
-    """The noise that the differences of neighbouring loops (k, n) show, each loop's mean apart."""
-    differences = np.diff(errors, axis=0) / np.sqrt(2.0)
-    differences = differences - differences.mean(axis=1, keepdims=True)
-    breaks = np.zeros(differences.shape, dtype=bool)
-    breaks[:, 0] = True
-    return estimate(differences.ravel(), breaks.ravel()), differences.ravel()

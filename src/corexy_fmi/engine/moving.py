@@ -29,19 +29,15 @@ LOOK, LEFT, GAIN = 0.5, 0.8, 10.0  # [s] looked at; share left of the mean squar
 FEWEST = 10  # samples that tell
 
 
-def begun(
-    runs: Sequence[Run], layout: Layout, machine: Machine, known: Sequence[Run] = ()
-) -> list[Run]:
-    """The runs, those that begin in motion with their lead-in; other parts of ``known`` recordings
-    as those begin.
-    """
-    by_name = {run.name: run for run in known}
-    return [
-        replace(by_name[run.name], role=run.role, samples=run.samples)
-        if run.name in by_name
-        else _begun(run, layout, machine)
-        for run in runs
-    ]
+def begun(runs: Sequence[Run], layout: Layout, machine: Machine) -> list[Run]:
+    """The runs, those that begin in motion with their lead-in."""
+    return [_begun(run, layout, machine) for run in runs]
+
+
+def begun_alike(parts: Sequence[Run], known: Sequence[Run]) -> list[Run]:
+    """Other parts of the same recordings, in their order, as those begin."""
+    pairs = zip(parts, known, strict=True)
+    return [replace(run, role=part.role, samples=part.samples) for part, run in pairs]
 
 
 def told(runs: Sequence[Run]) -> list[Finding]:

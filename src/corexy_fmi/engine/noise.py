@@ -121,3 +121,16 @@ def finest(samples: Samples) -> float:
     as one that was simulated, what is left of it would be the model's own arithmetic.
     """
     return max(FINEST * float(np.std(samples.value)), 1e-12)
+
+
+def difference_noise(errors: Array) -> tuple[Noise, Array]:
+    """The noise that the differences of neighbouring loops (k, n) show, each loop's mean apart.
+
+    The difference of the same place of two loops holds noise and drift alone, whatever the model
+    lacks: its size over sqrt(2) is the noise, its correlation the noise's colour.
+    """
+    differences = np.diff(errors, axis=0) / np.sqrt(2.0)
+    differences = differences - differences.mean(axis=1, keepdims=True)
+    breaks = np.zeros(differences.shape, dtype=bool)
+    breaks[:, 0] = True
+    return estimate(differences.ravel(), breaks.ravel()), differences.ravel()

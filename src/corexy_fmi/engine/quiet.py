@@ -13,8 +13,8 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.jitter import scatter
-from corexy_fmi.engine.loops import difference_noise, find_loops, looped_rows
-from corexy_fmi.engine.noise import Noise, estimate, finest, white
+from corexy_fmi.engine.loops import looped_rows
+from corexy_fmi.engine.noise import Noise, difference_noise, estimate, finest, white
 from corexy_fmi.engine.samples import Run, Samples, even
 from corexy_fmi.kernel.call import Array
 
@@ -139,9 +139,9 @@ def _of_loops(run: Run, samples: Samples, errors: Array) -> Noise | None:
     """The noise that loops of the motion show, which no mismatch that comes back can colour; None
     without enough of them, or where they drift apart: then it is more than noise.
     """
-    loops = find_loops(run)
+    loops = run.loops
     time = run.excitation.time[samples.index]
-    near = looped_rows(samples, time, loops) if loops else None
+    near = looped_rows(time, loops) if loops else None
     if near is None or near[1:].size < ROWS:
         return None
     noise, differences = difference_noise(errors[near])

@@ -1,9 +1,8 @@
 """What loops of a motion say of the mismatch: what comes back in each of them is no noise, what
 changes from one to the next is a drift.
 
-What changes from loop to
-loop has a shape of its own: an offset that jumps (missed steps, slip) or creeps, a lag that grows
-(a clock), a mismatch that fades or grows (warm-up).
+A drift has a shape of its own: an offset that jumps (missed steps, slip) or creeps, a lag that
+grows (a clock), a mismatch that fades or grows (warm-up).
 """
 
 from __future__ import annotations
@@ -13,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.loops import Loops, difference_noise, find_loops, looped_rows
-from corexy_fmi.engine.noise import Noise
+from corexy_fmi.engine.loops import Loops, looped_rows
+from corexy_fmi.engine.noise import Noise, difference_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.quiet import LOUDER, SURE, independent, significance
 from corexy_fmi.kernel.call import Array
@@ -45,7 +44,7 @@ def repeated(proof: Proof) -> list[tuple[str, Repeated]]:
     """For each training run with loops what its channels show, after the retuned machine."""
     found = []
     for replayed in proof.replays["retuned"]:
-        loops = find_loops(replayed.run) if replayed.run.role == "train" else None
+        loops = replayed.run.loops if replayed.run.role == "train" else None
         for c in range(len(replayed.run.samples) if loops else 0):
             told = _channel(replayed, c, loops)
             if told is not None:
@@ -57,7 +56,7 @@ def _channel(replayed: Replay, channel: int, loops: Loops | None) -> Repeated | 
     """What one channel shows over its whole loops; None where it has too few samples."""
     samples = replayed.run.samples[channel]
     time = replayed.run.excitation.time[samples.index]
-    near = looped_rows(samples, time, loops) if loops else None
+    near = looped_rows(time, loops) if loops else None
     if loops is None or near is None:
         return None
     step = float(np.median(np.diff(time)))

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from corexy_fmi.engine.loops import Loops, find_loops
 from corexy_fmi.kernel.call import Array, Excitation
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
@@ -105,6 +106,11 @@ class Run:
     def count(self) -> int:
         """Number of scalar samples."""
         return sum(len(s.index) for s in self.samples)
+
+    @cached_property
+    def loops(self) -> Loops | None:
+        """The repeats of the commanded motion, if there are any."""
+        return find_loops(self.excitation)
 
     @property
     def moving(self) -> bool:
