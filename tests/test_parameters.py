@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from corexy_fmi.machine import models_folder
-from corexy_fmi.parameters import NOMINAL, defaults, nominal, priors
+from corexy_fmi.parameters import NOMINAL, NUMERICS, defaults, nominal, priors
 
 FIXED = {
     "pulley_radius",
@@ -14,8 +14,9 @@ FIXED = {
     "motor_idler_span",
     "clip_spacing",
     "belt_damping_time",
-    "friction_smoothing",
+    *NUMERICS,
 }
+SHARP = dict(zip(NUMERICS, (0.0, 1.0), strict=True))  # what no file needs to tell
 
 
 @pytest.mark.parametrize("parameter", NOMINAL, ids=lambda p: p.name)
@@ -28,7 +29,7 @@ def test_default_lies_inside_bounds(parameter):
 def test_defaults_are_those_of_yin2018(drive):
     name = "yin2018" if drive == "stepper" else "yin2018_dc"
     text = (Path(models_folder()) / name / "machine.toml").read_text(encoding="utf-8")
-    assert defaults(drive) == tomllib.loads(text)["parameters"] | {"friction_smoothing": 0.0}
+    assert defaults(drive) == tomllib.loads(text)["parameters"] | SHARP
 
 
 def test_only_geometry_belt_damping_and_smoothing_are_held_fixed():

@@ -167,11 +167,13 @@ def test_kernel_obeys_lagranges_equations(machine, motors):
             assert np.array_equal(probe.get()[1][2:4], v[2:4])
 
 
-def test_smoothed_friction_is_nearly_tanh():
-    """f tanh(1.056 v / v_s) within 2.2 % of f; rims count with r phi'."""
-    p, smooth = parameters("light_bench"), 5e-3
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
+def test_smoothed_friction_is_nearly_tanh(ratio):
+    """f tanh(1.056 v / v_s) within 2.2 % of f; rims count with r phi', and a scale of their own."""
+    p, smooth = parameters("light_bench"), 5e-3 * np.array([1, 1, *[ratio] * 10])
     mass, _, viscous, coulomb = matrices(p)
-    probe = Probe(vector("light_bench", friction_smoothing=smooth))
+    values = {"friction_smoothing": smooth[0], "pulley_smoothing_ratio": ratio}
+    probe = Probe(vector("light_bench", **values))
     speed = np.array([2e-3, -4e-3, 0, 0, 1e-3, -3e-3, 8e-3, -2e-2, 4.9e-3, 5.1e-3, 0, -1e-4])
     scale = np.array([1, 1, *[RADIUS] * 10])
     v = speed / scale

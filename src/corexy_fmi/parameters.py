@@ -84,8 +84,12 @@ NOMINAL: tuple[NominalParameter, ...] = (
     NominalParameter("friction_smoothing", "v_s", "m/s", 0.0, 0.0, 0.05, FIXED,
                      "speed scale of smooth Coulomb friction (nearly tanh); 0: set-valued",
                      "friction.smoothingSpeed"),
+    NominalParameter("pulley_smoothing_ratio", "", "1", 1.0, 0.02, 50.0, FIXED,
+                     "speed scale of smooth friction at the pulleys' rims over that of the guides",
+                     "friction.pulleySmoothingRatio"),
 )  # fmt: skip
 
+NUMERICS = ("friction_smoothing", "pulley_smoothing_ratio")  # of sgn: no property of a machine
 BY_NAME: dict[str, NominalParameter] = {parameter.name: parameter for parameter in NOMINAL}
 PLACES: dict[str, int] = {parameter.name: n for n, parameter in enumerate(NOMINAL)}
 

@@ -129,7 +129,8 @@ TWO_MASS = Topology(
 )  # fmt: skip
 PLANAR = tuple(
     p for p in NOMINAL if p.name not in ("pulley_inertia", "pulley_viscous_friction",
-                                         "pulley_coulomb_friction", "pulley_mass", "clip_spacing")
+                                         "pulley_coulomb_friction", "pulley_mass", "clip_spacing",
+                                         "pulley_smoothing_ratio")
 )  # fmt: skip
 CARTESIAN = Topology(
     "cartesian",

@@ -10,7 +10,8 @@ import numpy as np
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_values
 from corexy_fmi.engine.screen import Lead
-from corexy_fmi.engine.unknowns import SMOOTHING, Unknown
+from corexy_fmi.engine.unknowns import Unknown
+from corexy_fmi.parameters import NUMERICS
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import EffectUse, FreeForm, Machine
 
@@ -83,7 +84,7 @@ def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
     table: dict[str, dict[str, object]] = {}
     units = {p.name: p.unit for p in fit.problem.machine.kind.parameters}
     for k, unknown in enumerate(fit.problem.unknowns):
-        if "." in unknown.key or unknown.key == SMOOTHING:
+        if "." in unknown.key or unknown.key in NUMERICS:
             continue
         pull = float(fit.u[k]) / unknown.prior_std
         driven = math.sqrt(max(float(spread[k, k]), 0.0)) > 0.7 * unknown.prior_std

@@ -16,7 +16,7 @@ from corexy_fmi.kernel.layout import (
     Instance,
 )
 from corexy_fmi.machine import Machine
-from corexy_fmi.parameters import PLACES
+from corexy_fmi.parameters import NUMERICS, PLACES
 
 if TYPE_CHECKING:
     from corexy_fmi.engine.free_form import LawShape
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 STIFFNESS = (
     "belt_axial_stiffness"  # lags are sums of friction over stiffness: it alone is logarithmic
 )
-SMOOTHING = "friction_smoothing"  # numerics of sgn: a nuisance, always free (ENGINE 3.2, row 1)
-SMOOTH_SPEED = 2e-4  # [m/s] its scale
+SMOOTHING, AT_PULLEYS = NUMERICS  # nuisances, always free (ENGINE 3.2, row 1)
+SMOOTH_SPEED, OTHER = 2e-4, 1.5  # [m/s] scale of one; log of the other's
 REACH = 6.0  # a nominal parameter stays within this factor of the machine file
 WITHIN = 0.02  # share by which a count of steps may be off: the radius is not known any better
 ANY_EXTENT = {"1": math.inf, "Hz": math.inf}  # turns of a motor, seconds
@@ -128,13 +128,12 @@ def _held(machine: Machine, name: str) -> float:
 
 def nominal_unknowns(machine: Machine, frees_rotor: bool) -> list[Unknown]:
     """The nominal parameters that these data can move and that the machine file leaves free."""
-    idle = set(COLLINEAR)
+    idle = {*COLLINEAR, *NUMERICS}
     if machine.drive == "stepper":
         idle |= {"motor_torque_gain", "motor_damping_gain"}
         if not frees_rotor:
             idle.add("motor_inertia")
     result = []
-    idle.add(SMOOTHING)
     for p in machine.kind.parameters:
         std, value = machine.rel_std[p.name], machine.parameters[p.name]
         if std <= 0 or p.name in idle or value <= 0:
@@ -144,10 +143,20 @@ def nominal_unknowns(machine: Machine, frees_rotor: bool) -> list[Unknown]:
         scale = 1.0 if log else value
         own = Unknown(p.name, p.place, value, scale, log, (low, high), std, force=_weighs(p.unit))
         result.append(replace(own, held=_held(machine, p.name)))
-    index = PLACES[SMOOTHING]
-    centre, typical = machine.parameters[SMOOTHING], SMOOTH_SPEED
-    result.append(Unknown(SMOOTHING, index, centre, typical, False, (0.0, 20 * typical), 2.0))
-    return result
+    return [*result, *_numerics_of_friction(machine)]
+
+
+def _numerics_of_friction(machine: Machine) -> list[Unknown]:
+    """How sgn is rounded at the guides, and at the pulleys of a machine that has any."""
+    given, typical = machine.parameters, SMOOTH_SPEED
+    bounds = (0.0, 20 * typical)
+    own = PLACES[SMOOTHING]
+    found = [Unknown(SMOOTHING, own, given[SMOOTHING], typical, False, bounds, 2.0)]
+    ratio = next((p for p in machine.kind.parameters if p.name == AT_PULLEYS), None)
+    if ratio:
+        reach = (ratio.lower, ratio.upper)
+        found.append(Unknown(ratio.name, ratio.place, given[ratio.name], 1.0, True, reach, OTHER))
+    return found
 
 
 def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> Unknown:

@@ -188,7 +188,8 @@ class ReferenceStage(ReferenceState):
         before, b = a["v"].copy(), 0.5 * h * a["damping"] / a["moving"]
         push = h / a["moving"] / (1 + b)
         free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
-        smooth = self.nominal["friction_smoothing"] / np.r_[1, 1, np.full(len(c) - 2, self.radius)]
+        rim = self.nominal["pulley_smoothing_ratio"] / self.radius
+        smooth = self.nominal["friction_smoothing"] * np.r_[1, 1, np.full(len(c) - 2, rim)]
         a["v"] = free - np.copysign(_friction(np.abs(free), c, smooth), free)
         a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
         a["before"] = before

@@ -50,6 +50,7 @@ def _derive(stage: Stage) -> str:
     targets["s->back_emf[0][l]"] = values["motor_damping_gain"] / values["motor_torque_gain"]
     arrays = {"mass": c.mass, "damping0": c.viscous, "bound0": c.coulomb}
     rim = values["friction_smoothing"] / values["pulley_radius"]
+    rim *= values["pulley_smoothing_ratio"]
     arrays["smoothing"] = (*[values["friction_smoothing"]] * 2, *[rim] * (len(c.mass) - 2))
     arrays |= {"stiffness0": c.stiffness, "length0": c.length}
     for array, items in arrays.items():

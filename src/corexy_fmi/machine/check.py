@@ -11,7 +11,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.machine.laws import laws_from
 from corexy_fmi.machine.record import Controller, Machine
 from corexy_fmi.machine.values import choice, number, refuse_unknown, table, text
-from corexy_fmi.parameters import NominalParameter
+from corexy_fmi.parameters import NUMERICS, NominalParameter
 from corexy_fmi.topologies import COREXY, TOPOLOGIES, Topology
 
 TABLES = ("machine", "controller", "parameters", "effects")
@@ -88,7 +88,7 @@ def _surrogate(
     if "surrogate" in head:
         return text(head["surrogate"], where)
     idle = DC_ONLY if drive == "stepper" else ()
-    held = {*given, *idle} | ({"pulley_radius"} if kind.name != COREXY else set())
+    held = {*given, *idle, *NUMERICS} | ({"pulley_radius"} if kind.name != COREXY else set())
     filled = [p.name for p in kind.parameters if p.default and p.name not in held]
     source = "surrogate values of yin2018" if kind.name == COREXY else "made-up values"
     return f"{source} for {', '.join(filled)}" if filled else ""

@@ -64,6 +64,7 @@ GUESSES = {
     "motor_torque_gain": Line(0.095, 0.0, "dc drive only, not read"),
     "motor_damping_gain": Line(3.1e-3, 0.0, "dc drive only, not read"),
     "friction_smoothing": Line(0.0, 0.0, "set-valued friction"),
+    "pulley_smoothing_ratio": Line(1.0, 0.0, "pulleys as guides"),
 }
 PRIORS = {"belt_axial_stiffness": MOUNTS, "bridge_pulley_spacing": 0.0, "motor_idler_span": 0.0,
           "clip_spacing": 0.0}  # fmt: skip
