@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from corexy_fmi.engine.entries import Competition
+from corexy_fmi.engine.entries import CEILING, Competition
 from corexy_fmi.engine.verdict import SURE, decide
 
 
@@ -62,12 +62,12 @@ def test_a_law_has_no_name_to_lose(gain, word):
     assert (found.entry is None) == (gain < -2)
 
 
-def test_no_probability_is_above_one():
-    """A member of every entry has all shares, whose sum may round to more."""
+def test_no_probability_is_above_what_sure_causes_turned_out_to_be():
+    """A member of every entry has all shares, whose sum may round to more than one."""
     chances = (0.5, 0.5000000000000002)
     assert sum(chances) > 1
     every = Competition(None, tuple(entry("same", 9.0) for _ in chances), chances, 0.0)
-    assert every.share(("same", "x")) == 1.0
+    assert every.share(("same", "x")) == CEILING
     assert every.share(("other", "x")) == 0.0
 
 

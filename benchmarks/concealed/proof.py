@@ -60,6 +60,8 @@ def kept_of(found: Diagnosis) -> dict[str, Any]:
     document = found.document
     kept = {k: document[k] for k in KEPT}
     kept["gain"] = max((r.gain for r in found.evidence.runners_up), default=0.0)
+    rows = [r.gain for r in found.evidence.runners_up if r.name != "retuned_parameters"]
+    kept["best"] = max(rows, default=None)  # of all that was fitted, below 0 too
     kept["leftover"] = found.evidence.leftover
     kept["located"] = {k: document["located"][k] for k in ("coordinate", "state")}
     kept["effects"] = [

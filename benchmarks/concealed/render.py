@@ -24,6 +24,7 @@ from benchmarks.concealed.tables import (
     removal,
     speed,
 )
+from benchmarks.concealed.thresholds import section as thresholds
 from benchmarks.concealed.wall import section as wall
 from benchmarks.mechanism.page import section as mechanisms
 
@@ -153,6 +154,7 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         *(full(now) if now else []),
         *settled(),
         *seeds.section(),
+        *thresholds([*read(RESULTS / "earlier.jsonl"), *now, *before], seeds.stored()),
         *mechanisms(),
         *ten(before),
         *earlier(),

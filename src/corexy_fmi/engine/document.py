@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from corexy_fmi.engine import locate
-from corexy_fmi.engine.entries import THRESHOLD, Competition
+from corexy_fmi.engine.entries import THRESHOLD, Competition, told
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_values
 from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
@@ -98,7 +98,7 @@ def _free_form(
     entry: dict[str, Any] = {
         "name": "free_form",
         "location": law.location if law else _whereabouts(verdict, proof)[0],
-        "probability": competition.probability[0] if competition.entries else 0.0,
+        "probability": told(competition.probability[0]) if competition.entries else 0.0,
         "parameters": {},
         "alternatives": [],
         "equation": FREE_FORM_EQUATION,

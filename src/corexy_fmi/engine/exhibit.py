@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine import locate
-from corexy_fmi.engine.entries import Competition
+from corexy_fmi.engine.entries import Competition, told
 from corexy_fmi.engine.evidence import CornerSize, Evidence, Finding, Law, RunnerUp, Trace
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_errors, law_values
@@ -93,7 +93,7 @@ def _runners_up(competition: Competition) -> tuple[RunnerUp, ...]:
             if len(e.hypothesis.key) == 1
             else e.hypothesis.label,
             e.hypothesis.key[0][1] if len(e.hypothesis.key) == 1 else "",
-            p,
+            told(p),
             e.gain,
         )
         for e, p in zip(competition.entries, competition.probability, strict=True)

@@ -11,9 +11,9 @@ from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_values
 from corexy_fmi.engine.screen import Lead
 from corexy_fmi.engine.unknowns import Unknown
-from corexy_fmi.parameters import NUMERICS
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import EffectUse, FreeForm, Machine
+from corexy_fmi.parameters import NUMERICS
 
 WHOLE = 0.98  # share of a parameter's range from which on an interval tells nothing of it
 Z95 = 1.959963984540054
