@@ -102,8 +102,8 @@ def section(development: list[Entry], judged: list[Entry]) -> list[str]:
 def _threshold(development: list[Entry], judged: list[Entry]) -> list[str]:
     lines = [
         f"**Threshold** ({THRESHOLD:g} nats beyond half of log n a parameter): the maximum over "
-        "all (effect, place) pairs and laws where nothing is planted, nuisances of all kinds on. What "
-        "is far above it was no chance but physics or numerics that the engine of that day lacked.",
+        "all (effect, place) pairs and laws where nothing is planted, nuisances of all kinds on. "
+        "What is far above it was no chance but physics or numerics that the engine of that day lacked.",
         "",
         f"| nulls | n | {' | '.join(f'above {level:g}' for level in LEVELS)} | largest | above "
         f"{THRESHOLD:g} [Wilson 95 %] |",
