@@ -103,7 +103,8 @@ def _threshold(development: list[Entry], judged: list[Entry]) -> list[str]:
     lines = [
         f"**Threshold** ({THRESHOLD:g} nats beyond half of log n a parameter): the maximum over "
         "all (effect, place) pairs and laws where nothing is planted, nuisances of all kinds on. "
-        "What is far above it was no chance but physics or numerics that the engine of that day lacked.",
+        "What is far above it was no chance but physics or numerics that the engine of the day "
+        "lacked.",
         "",
         f"| nulls | n | {' | '.join(f'above {level:g}' for level in LEVELS)} | largest | above "
         f"{THRESHOLD:g} [Wilson 95 %] |",
