@@ -12,7 +12,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from corexy_fmi.effects import own_effects
-from corexy_fmi.engine import classes, document
+from corexy_fmi.engine import classes, document, resolution
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.evidence import Evidence
@@ -107,7 +107,7 @@ def diagnose(
         leads = bounds(quick(fit), others, mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
     paper = _document(verdict, competition, fit, proof, leads, machine, machine_assumed, weak)
-    told_first = [*findings, *more, *moving]
+    told_first = [*findings, *more, *moving, *resolution.told(competition.retuned)]
     paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
     if loops := as_rows(proof):
         paper["repeats"] = loops

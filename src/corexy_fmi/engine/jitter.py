@@ -42,7 +42,9 @@ def _squared_deviation(speed: Array, squares: Array) -> float:
     y = np.array([np.median(squares[g]) for g in groups]) / MEDIAN
     if np.ptp(x) <= 0 or y.min() <= 0:
         return 0.0
-    slope, level = np.polyfit(x, y, 1, w=1 / y)
+    most = float(x.max())
+    (slope, level), *_ = np.linalg.lstsq(np.column_stack([x / most / y, 1 / y]), np.ones(len(y)))
+    slope /= most
     line = level + slope * x
     off = max(OFF, SIGMAS * SCATTER * float(np.sqrt(MEMORY / len(groups[0]))))
     straight = level > 0 and slope > 0 and (np.abs(y - line) < off * line).all()

@@ -14,6 +14,7 @@ from corexy_fmi.engine.local import is_local, last_parts
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.repeats import repeating
+from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.site import Site
@@ -47,7 +48,9 @@ def judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept, whole)
-    guarded = replace(_guarded(proof, weak, verdict, fit, sites), sites=tuple(sites))
+    guarded = replace(
+        _guarded(proof, weak, verdict, competition.retuned, fit, sites), sites=tuple(sites)
+    )
     if _final(competition, guarded) is not fit:
         fit = _final(competition, guarded)
         proof = _prove(layout, machine, competition, fit, kept, whole)
@@ -103,20 +106,30 @@ def _prove(
 
 
 def _guarded(
-    proof: Proof, weak: bool, verdict: Verdict, fit: Fit, sites: Sequence[Site]
+    proof: Proof, weak: bool, verdict: Verdict, retuned: Fit, fit: Fit, sites: Sequence[Site]
 ) -> Verdict:
     """What a fit leaves to simple functions of the motion, or explains less of than simple laws at
     another place do, forbids to call it an explanation; a mismatch on the data kept back, only in
-    motion, or in every loop forbids ``nothing_missing``.
+    motion, or in every loop forbids ``nothing_missing``.  What is no more than rounding shows none
+    of that.
     """
+    if at_resolution(retuned):
+        return _unless_late(Verdict("nothing_missing", None), proof, weak)
     left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
+    if verdict.word == "explained" and at_resolution(fit):
+        return replace(verdict, stands=left)
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
         return incomplete(verdict, left)
     verdict = replace(misplaced(verdict, sites), stands=left)
     if verdict.word != "nothing_missing":
         return verdict
-    late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
     reason = restless(proof) or repeating(proof)
+    return _unless_late(verdict, proof, weak, reason)
+
+
+def _unless_late(nothing: Verdict, proof: Proof, weak: bool, reason: str = "") -> Verdict:
+    """``nothing_missing``, unless the data kept back, or another reason, speak against it."""
+    late, limit = proof.pooled("retuned", "holdout"), WEAK_EXCESS if weak else EXCESS
     if np.isfinite(late) and late > limit:
         reason = f"the mismatch of the data kept back is {late:.1f} times the noise"
-    return Verdict("unexplained", None, reason=reason) if reason else verdict
+    return Verdict("unexplained", None, reason=reason) if reason else nothing

@@ -26,6 +26,7 @@ from corexy_fmi.engine.entries import (
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
+from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rough import softened
 from corexy_fmi.engine.search import CLOSE, FINALISTS, rank, search
 from corexy_fmi.engine.unknowns import Hypothesis
@@ -50,7 +51,7 @@ def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
 def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper) -> list[Fit]:
     """Second effects on top of the best catalogued fit, and a check of the first one."""
     named = [f for f in fits if f.problem.hypothesis.uses]
-    if not named or base.cost - rank(named[0]) < THRESHOLD:
+    if not named or base.cost - rank(named[0]) < THRESHOLD or at_resolution(named[0]):
         return []
     found = search(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
     if not found:

@@ -111,9 +111,14 @@ def quick_noise(samples: Samples) -> float:
     At least that of rounding to the sensor's steps: a coarse sensor stands still most of the time.
     """
     third = np.abs(np.diff(samples.value, 3))
-    steps = np.diff(np.unique(samples.value))
-    rounding = float(steps.min()) / np.sqrt(12.0) if len(steps) else 0.0
+    rounding = least_step(samples) / np.sqrt(12.0)
     return max(float(np.median(third)) / 0.6745 / np.sqrt(20.0), rounding, finest(samples))
+
+
+def least_step(samples: Samples) -> float:
+    """The least difference of two values; 0 where all are one."""
+    steps = np.diff(np.unique(samples.value))
+    return float(steps.min()) if len(steps) else 0.0
 
 
 def finest(samples: Samples) -> float:
