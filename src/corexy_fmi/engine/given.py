@@ -11,7 +11,7 @@ from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
-from corexy_fmi.recording import Recording, with_lost_rows
+from corexy_fmi.recording import Recording, with_even_stamps, with_lost_rows
 from corexy_fmi.topology import STAGES
 
 
@@ -19,10 +19,21 @@ def preflight(
     recordings: Sequence[Recording], machine: Machine
 ) -> tuple[list[Recording], list[Finding]]:
     """Recordings put right where that is sure, with the rows that were lost, and what was found."""
-    checked = [check(with_lost_rows(r), machine) for r in recordings]
+    clocked = [with_even_stamps(r) for r in recordings]
+    checked = [check(with_lost_rows(r), machine) for r, _ in clocked]
     whole = [r for r, _ in checked]
-    lost = [f for a, b in zip(recordings, whole, strict=True) for f in _lost(a, b)]
-    return whole, lost + [f for _, found in checked for f in found]
+    told = [_scattered(r, scatter) for r, scatter in clocked if scatter]
+    told += [f for a, b in zip(recordings, whole, strict=True) for f in _lost(a, b)]
+    return whole, told + [f for _, found in checked for f in found]
+
+
+def _scattered(even: Recording, scatter: float) -> Finding:
+    """What to say of stamps that scatter."""
+    text = (
+        f"{even.name}: stamps scatter by {1e3 * scatter:.2g} ms (rms) about an even clock, over "
+        "which the commanded angles are smooth"
+    )
+    return Finding(text, "Stamp rows when they are taken; the even clock is used here.")
 
 
 def _lost(given: Recording, whole: Recording) -> list[Finding]:

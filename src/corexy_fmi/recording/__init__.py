@@ -4,6 +4,7 @@ from corexy_fmi.recording.inputs import check_drive, controller, inputs, is_dc
 from corexy_fmi.recording.lost import with_lost_rows
 from corexy_fmi.recording.read import read_recording
 from corexy_fmi.recording.record import INPUTS, MEASURED, Recording
+from corexy_fmi.recording.stamps import with_even_stamps
 from corexy_fmi.recording.write import write_recording
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "inputs",
     "is_dc",
     "read_recording",
+    "with_even_stamps",
     "with_lost_rows",
     "write_recording",
 ]
