@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from corexy_fmi.engine.axes import uneven
 from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.entries import Competition, form_floor
 from corexy_fmi.engine.fit import Fit
@@ -110,8 +111,8 @@ def _guarded(
 ) -> Verdict:
     """What a fit leaves to simple functions of the motion, or explains less of than simple laws at
     another place do, forbids to call it an explanation; a mismatch on the data kept back, only in
-    motion, or in every loop forbids ``nothing_missing``.  What is no more than rounding shows none
-    of that.
+    motion, in every loop, or slow in one axis alone forbids ``nothing_missing``.  What is no more
+    than rounding shows none of that.
     """
     if at_resolution(retuned):
         return _unless_late(Verdict("nothing_missing", None), proof, weak)
@@ -123,7 +124,7 @@ def _guarded(
     verdict = replace(misplaced(verdict, sites), stands=left)
     if verdict.word != "nothing_missing":
         return verdict
-    reason = restless(proof) or repeating(proof)
+    reason = restless(proof) or repeating(proof) or uneven(proof)
     return _unless_late(verdict, proof, weak, reason)
 
 
