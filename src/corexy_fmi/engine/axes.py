@@ -7,13 +7,15 @@ from sample to sample, they do so slowly, too.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.noise import quick_noise
-from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.quiet import SURE, independent
+from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
 
 PAIR = ("x", "y")
@@ -32,14 +34,14 @@ class _Slow:
     count: float
 
 
-def uneven(proof: Proof) -> str:
+def uneven(fit: Fit) -> str:
     """Words for an axis that errs slowly where the other does not; empty where both are alike.
 
-    Judged on the retuned machine's replays of the recordings that were used, all of them together.
+    Judged on all recordings of a fit together.
     """
     logs, weights = [], []
-    for replayed in proof.replays["retuned"]:
-        both = _both(replayed) if replayed.run.role == "train" else None
+    for r, run in enumerate(fit.problem.runs):
+        both = _both(run, [e[0] for e in fit.problem.errors(fit.u[None], r)])
         if both is not None:
             x, y = both
             logs.append(float(np.log(y.ratio / x.ratio)))
@@ -57,18 +59,18 @@ def uneven(proof: Proof) -> str:
     )
 
 
-def _both(replayed: Replay) -> tuple[_Slow, _Slow] | None:
+def _both(run: Run, errors: Sequence[Array]) -> tuple[_Slow, _Slow] | None:
     """What x and y of a run show; None where their quick noise is not that of one tracker, or they
     are too short.
     """
-    at = {s.channel: n for n, s in enumerate(replayed.run.samples)}
+    at = {s.channel: n for n, s in enumerate(run.samples)}
     if not all(name in at for name in PAIR):
         return None
     x, y = (at[name] for name in PAIR)
-    one, other = (quick_noise(replayed.run.samples[n]) for n in (x, y))
+    one, other = (quick_noise(run.samples[n]) for n in (x, y))
     if max(one, other) > (1 + ALIKE) * min(one, other):
         return None
-    found = tuple(_slow(replayed.errors[n]) for n in (x, y))
+    found = tuple(_slow(errors[n]) for n in (x, y))
     return (found[0], found[1]) if min(f.count for f in found) > FEWEST else None
 
 

@@ -124,7 +124,7 @@ def _guarded(
     verdict = replace(misplaced(verdict, sites), stands=left)
     if verdict.word != "nothing_missing":
         return verdict
-    reason = restless(proof) or repeating(proof) or uneven(proof)
+    reason = restless(proof) or repeating(proof) or uneven(retuned)
     return _unless_late(verdict, proof, weak, reason)
 
 
