@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
 from sympy.printing.c import C99CodePrinter
 
 from corexy_fmi.effects.api import Effect, Law
 from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
-from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
+from corexy_fmi.kernel.trace import argument_names, c_statements, hoisted, symbols
 
 PLAIN_ARRAYS = ("belt_sign", "side", "yaw_arm")  # the same for all lanes
 RESERVED = {
@@ -69,7 +72,7 @@ def check_names(effect: Effect) -> None:
     """
     taken = RESERVED.union(*(PORTS[law.port].variables for law in effect.laws))
     for name in (*effect.memory, *(p.name for p in effect.parameters)):
-        if name in taken or not name.isidentifier() or name.startswith("t_"):
+        if name in taken or not name.isidentifier() or name.startswith(("t_", "h_", "held_h_")):
             raise ValueError(f"{effect.name}: the name {name!r} is taken, choose another")
 
 
@@ -89,13 +92,20 @@ def on_code(effect: Effect) -> str:
 
 
 def law_code(effect: Effect, law: Law, index: int) -> str:
-    """One law as a C function over its places; a lane in which it is off keeps its values."""
+    """One law as a C function over its places; a lane in which it is off keeps its values.
+
+    What its parameters alone decide is found once for all places.
+    """
     check_names(effect)
     names = argument_names(law.function)
-    lines, results = c_statements(law.function(**symbols(names)))
-    used = " ".join([*lines, *results.values()])
+    several = max(map(len, effect.locations.values())) > 1
+    fixed = {p.name for p in effect.parameters} | set(COMMON) if several else set()
+    result, parts = hoisted(law.function(**symbols(names)), fixed)
+    once = _once(effect, law, names, parts)
+    lines, results = c_statements(result)
     body = [f"const int on = {on_expression(effect, 'p')};"]
-    body += [f"const double {n} = {_argument(effect, law, n)};" for n in names if n in used]
+    body += _read(effect, law, names, [*lines, *results.values()])
+    body += [f"const double {n} = held_{n}[l];" for n in parts]
     body += lines
     body += [f"const double {n}_new = {value};" for n, value in results.items()]
     targets = {n: _target(effect, law, n) for n in results}
@@ -104,6 +114,24 @@ def law_code(effect: Effect, law: Law, index: int) -> str:
     return (
         f"/* {effect.summary} [{effect.citation}] */\n"
         f"static void {effect.name}_{index}(stage *s, int p, int m, int between, int i, int end)\n"
-        f"{{\n    (void)p;\n    for (; i < end; i++, m += between)\n"
+        f"{{\n    (void)p;\n{once}    for (; i < end; i++, m += between)\n"
         f"    EACH {{\n{code}\n    }}\n}}\n"
     )
+
+
+def _read(effect: Effect, law: Law, names: list[str], lines: list[str]) -> list[str]:
+    """The arguments that some lines of C name, as constants."""
+    used = set(re.findall(r"\w+", " ".join(lines)))
+    return [f"const double {n} = {_argument(effect, law, n)};" for n in names if n in used]
+
+
+def _once(effect: Effect, law: Law, names: list[str], parts: dict[str, Any]) -> str:
+    """What all places share, as C in front of their loop."""
+    if not parts:
+        return ""
+    lines, results = c_statements(parts)
+    body = _read(effect, law, names, [*lines, *results.values()])
+    body += [*lines, *(f"held_{n}[l] = {value};" for n, value in results.items())]
+    arrays = ", ".join(f"held_{n}[LANES]" for n in parts)
+    code = "\n".join(f"        {line}" for line in body)
+    return f"    double {arrays};\n    EACH {{\n{code}\n    }}\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import sympy
@@ -43,6 +43,42 @@ def c_expression(expression: Any) -> str:
     return str(
         _Printer({"user_functions": FUNCTIONS}).doprint(_expand_powers(sympy.sympify(expression)))
     )
+
+
+def _dear(expression: Any) -> bool:
+    """Whether a number takes more than sums and products."""
+    return any(
+        e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
+        for e in sympy.preorder_traversal(expression)
+    )
+
+
+def hoisted(
+    results: Mapping[str, Any], fixed: Collection[str]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Results with the dear parts that ``fixed`` names alone decide as symbols ``h_0`` ..., and
+    those parts by symbol.
+    """
+    parts: dict[Any, sympy.Symbol] = {}
+
+    def is_fixed(expression: Any) -> bool:
+        return {str(symbol) for symbol in expression.free_symbols} <= set(fixed)
+
+    def walk(expression: Any) -> Any:
+        if isinstance(expression, sympy.Piecewise):
+            return sympy.Piecewise(*((walk(e), condition) for e, condition in expression.args))
+        if not isinstance(expression, sympy.Expr) or not _dear(expression):
+            return expression
+        if is_fixed(expression):
+            name = sympy.Symbol(f"h_{len(parts)}", real=True)
+            return parts.setdefault(expression, name)
+        if not (expression.is_Add or expression.is_Mul):
+            return expression.func(*map(walk, expression.args))
+        own = expression.func(*(a for a in expression.args if is_fixed(a)))
+        return expression.func(walk(own), *(walk(a) for a in expression.args if not is_fixed(a)))
+
+    found = {name: walk(sympy.sympify(e)) for name, e in results.items()}
+    return found, {str(symbol): e for e, symbol in parts.items()}
 
 
 def c_statements(results: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
