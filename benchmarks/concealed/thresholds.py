@@ -1,7 +1,7 @@
 """The engine's threshold, temperature and ceiling against what the proof's cases say of them.
 
-The cases that development saw (all runs of the proof) set them; the seeds of `make blind`, whose
-engines had them already, judge.
+The cases that development saw (the earlier runs of the proof) set them; the seeds of `make blind`
+and the last run, whose engines had them already, judge.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def diagram(development: Pairs, judged: Pairs, path: Path = DIAGRAM) -> None:
     figure = Figure(figsize=(4.5, 4.0), layout="constrained")
     axes = figure.subplots()
     axes.plot((0, 1), (0, 1), color="0.7", linewidth=1)
-    groups = (("development", development, "0.45"), ("seeds of make blind", judged, "C0"))
+    groups = (("development", development, "0.45"), ("judged", judged, "C0"))
     for name, pairs, colour in groups:
         told = tempered(pairs, TEMPERATURE)
         for n, (low, high) in enumerate(pairwise(EDGES)):
@@ -88,8 +88,8 @@ def section(development: list[Entry], judged: list[Entry]) -> list[str]:
     return [
         "## Threshold, temperature, ceiling",
         "",
-        "Set on the cases of all runs of the proof (development), judged on the seeds of "
-        "`make blind`.",
+        "Set on the cases of all earlier runs of the proof (development), judged on the seeds of "
+        "`make blind` and on the run above.",
         "",
         *_threshold(development, judged),
         *_ceiling(development, judged),
@@ -110,7 +110,7 @@ def _threshold(development: list[Entry], judged: list[Entry]) -> list[str]:
         f"{THRESHOLD:g} [Wilson 95 %] |",
         "|---|---|" + "---|" * (len(LEVELS) + 2),
     ]
-    for name, entries in (("development", development), ("seeds", judged)):
+    for name, entries in (("development", development), ("judged", judged)):
         found = null_maxima(entries)
         if found:
             counts = [sum(g > level for g in found) for level in LEVELS]
@@ -124,7 +124,7 @@ def _ceiling(development: list[Entry], judged: list[Entry]) -> list[str]:
     ours, theirs = (rate(*sure(e)) for e in (development, judged))
     return [
         f"**Ceiling** ({CEILING:g}): of the verdicts `explained`, whatever was planted, pairs and "
-        f"causes outside the catalogue among it, right: development {ours}, seeds {theirs}. No "
+        f"causes outside the catalogue among it, right: development {ours}, judged {theirs}. No "
         "probability is told above it.",
         "",
     ]
@@ -135,7 +135,7 @@ def _temperature(development: Pairs, judged: Pairs) -> list[str]:
         f"**Temperature** ({TEMPERATURE:g}) of the log evidence: log loss and Brier score of the "
         "leading cause of cases with one effect, by what would be said at another temperature.",
         "",
-        "| temperature | development: log loss | Brier | seeds: log loss | Brier |",
+        "| temperature | development: log loss | Brier | judged: log loss | Brier |",
         "|---|---|---|---|---|",
     ]
     for t in TEMPERATURES:
