@@ -84,7 +84,7 @@ NOMINAL: tuple[NominalParameter, ...] = (
     NominalParameter("friction_smoothing", "v_s", "m/s", 0.0, 0.0, 0.05, FIXED,
                      "speed scale of smooth Coulomb friction (nearly tanh); 0: set-valued",
                      "friction.smoothingSpeed"),
-    NominalParameter("pulley_smoothing_ratio", "", "1", 1.0, 0.02, 50.0, FIXED,
+    NominalParameter("pulley_smoothing_ratio", "v_p / v_s", "1", 1.0, 0.02, 50.0, FIXED,
                      "speed scale of smooth friction at the pulleys' rims over that of the guides",
                      "friction.pulleySmoothingRatio"),
 )  # fmt: skip
