@@ -1,4 +1,4 @@
-"""The draw of all 35 effects beside the published one: places, evidence, rows, bytes."""
+"""The draw of all 35 effects beside the published one: places, evidence, rows."""
 
 import json
 import sys
