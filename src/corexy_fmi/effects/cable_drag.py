@@ -1,6 +1,6 @@
 """A cable, hose or chain pulls the axis towards one place.
 
-    F = -stiffness d (1 + stiffening min(d^2, (0.1 m)^2)),  d = q - center               [N]
+    F = -stiffness d (1 + stiffening min(d^2, (0.3 m)^2)),  d = q - center               [N]
 
 A loop that is nearly stretched stiffens.
 
@@ -11,7 +11,7 @@ doi:10.1016/j.cirp.2011.05.010 (disturbance forces on an axis).
 from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
 from corexy_fmi.kernel.xmath import minimum
 
-REACH = 0.1  # [m] off its centre, up to which it stiffens
+REACH = 0.3  # [m] off its centre, up to which it stiffens
 
 
 def pull(applied_force, position, stiffness, center, stiffening):
@@ -44,10 +44,11 @@ EFFECT = Effect(
             300.0,
             (0.0, 100.0),
             default=0.0,
+            family_ends=True,
         ),
     ),
     laws=(Law("guide", pull),),
-    equation=r"F = -k\,d\,(1 + s \min(d^2, d_0^2)),\ d = q - c,\ d_0 = 0.1\,\mathrm{m}",
+    equation=r"F = -k\,d\,(1 + s \min(d^2, d_0^2)),\ d = q - c,\ d_0 = 0.3\,\mathrm{m}",
     citation="Altintas et al. 2011, doi:10.1016/j.cirp.2011.05.010",
     remedy="Give the cable a longer loop, guide it in a chain, or fix it nearer to the middle.",
     check="With the belts off, let the axis go at both ends: it pulls towards one place.",

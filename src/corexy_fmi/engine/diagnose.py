@@ -19,6 +19,7 @@ from corexy_fmi.engine.evidence import Evidence
 from corexy_fmi.engine.excerpts import excerpts
 from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.experiment import Experiment, next_experiment
+from corexy_fmi.engine.family import within_family
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
@@ -95,7 +96,7 @@ def diagnose(
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("asking every place for a law", 0.83)
         found = sites(competition, mapper)
-        competition = with_spot(competition, found, mapper)
+        competition = within_family(with_spot(competition, found, mapper))
         tell("proving on data kept back", 0.86)
         weak = not holdout
         verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak, found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from corexy_fmi.engine.entries import Competition
+from corexy_fmi.engine.family import at_end
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_values
 from corexy_fmi.engine.period import period
@@ -54,6 +55,11 @@ def _failed(competition: Competition) -> str:
     """The nearest catalogued sets, and how far they stay behind."""
     most = competition.entries[0].gain if competition.entries else 0.0
     near = [e for e in competition.entries if e.hypothesis.uses][:NEAREST]
-    told = [f"{e.hypothesis.label} (gains {max(e.gain, 0):.0f} nats)" for e in near]
+    told = [f"{e.hypothesis.label} (gains {max(e.gain, 0):.0f} nats{_end(e.fit)})" for e in near]
     behind = f" of {most:.0f}" if near and near[0] is not competition.entries[0] else ""
     return f"the nearest catalogued causes explain less{behind}: {'; '.join(told) or 'none'}"
+
+
+def _end(fit: Fit) -> str:
+    """Which of a set's parameters ended where their family does."""
+    return "".join(f", its {name} at the end of its range" for name in at_end(fit))

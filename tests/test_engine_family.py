@@ -1,0 +1,61 @@
+"""A winner that ends where its family does is asked against a law; one inside stands."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from engine_kit import machine, problem, record, rich_motion, with_effects
+
+from corexy_fmi.engine.entries import entry_of, ranked
+from corexy_fmi.engine.family import at_end, within_family
+from corexy_fmi.engine.fit import minimise, settle
+from corexy_fmi.engine.free_form import law_values
+from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.search import long_fit
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse, FreeForm
+
+PLACES = tuple(np.linspace(-0.025, 0.035, 16))
+ONE_SIDED = FreeForm("x", "x", PLACES, tuple(-900 * max(p - 0.003, 0.0) ** 2 for p in PLACES))
+CABLE = {"stiffness": 20.0, "center": 0.005, "stiffening": 150.0}
+TRUTHS = {
+    "one-sided": lambda: replace(machine(), free_forms=(ONE_SIDED,)),
+    "stiffening": lambda: with_effects(machine(), EffectUse("cable_drag", "x", CABLE)),
+}
+
+
+@cache
+def competition(truth):
+    """A cable at x alone beside the retuned machine."""
+    shown = record(TRUTHS[truth](), rich_motion(), noise=5e-6)
+    base = retune(bundled_layout(), machine(), problem(shown, machine(), std=5e-6).runs)
+    cable = Hypothesis((bundled_layout().find("cable_drag", "x"),))
+    lead = screen(base, [cable], map)[0]
+    ends = [long_fit(minimise(lead.problem, start, 1)) for start in lead.starts]
+    return ranked(base, [entry_of(base, settle(min(ends, key=lambda f: f.cost)))])
+
+
+def test_a_cable_that_fits_a_one_sided_spring_stands_behind_a_law():
+    lone = competition("one-sided")
+    assert at_end(lone.entries[0].fit) == ["stiffening"]
+    law, cable = within_family(lone).entries
+    assert law.hypothesis.law.location == law.hypothesis.law.argument == "x"
+    better = cable.fit.cost - law.fit.cost
+    assert law.gain == pytest.approx(cable.gain + better)
+    knots, values = np.array(law.hypothesis.law.knots), law_values(law.fit)
+    pulled = values - np.interp(0.0, knots, values)
+    assert abs(pulled[knots < 0.003]).max() < 0.25 * abs(pulled).max()
+
+
+def test_a_cable_that_stiffens_stands():
+    lone = competition("stiffening")
+    assert within_family(lone) is lone
+
+
+def test_nothing_is_asked_where_nothing_pays():
+    lone = competition("one-sided")
+    empty = ranked(lone.retuned, [replace(lone.entries[0], gain=-1.0)])
+    assert within_family(empty) is empty
