@@ -72,6 +72,20 @@ def test_detents_hold_a_stepper_off_its_command():
     assert balance == pytest.approx(0, abs=1e-9)
 
 
+def test_a_stepper_with_detents_begins_at_rest():
+    """Where field and detents balance: nothing moves until it is told to, but by 1 % of the way."""
+    effects = [("detent_torque", "motors", (0.02, 0.8, 200.0, 0.3, 1e-4))]
+    given = still(200, 1e-3, (0.1, 0.1), "angles")
+    names = ("phi1", "phi2", "x", "y")
+    phi1, phi2, x, y = run(given, vector(effects=effects, **DAMPED), channels=names, limit=2e-5)
+    aside = phi1[0] - 0.1
+    assert abs(aside) > 5e-4
+    assert phi1[0] == phi2[0]
+    assert np.abs(phi1 - phi1[0]).max() < 0.02 * abs(aside)
+    assert np.abs(x - R * phi1[0]).max() < 0.02 * R * abs(aside)
+    assert np.abs(y).max() < 1e-9
+
+
 def held(effects, volts, channels, rows=60, **nominal):
     """A dc run with rotors so heavy that they do not turn."""
     light = {"motor_inertia": 1.0, "pulley_coulomb_friction": 0.0, **nominal}
@@ -118,15 +132,17 @@ def test_a_soft_supply_gives_way_before_its_limit():
         assert torque[1:] == pytest.approx(gain * reached, rel=1e-3)
 
 
-def test_commutation_ripples_with_the_angle():
-    """Turning steadily, tau = K_1 V (1 + ratio sin(order phi + phase)) but for back-EMF."""
+@pytest.mark.parametrize("share", [1.0, 0.3, 0.0])
+def test_commutation_ripples_with_the_angle(share):
+    """tau = K_1 V - K_2 omega + (K_1 V - share K_2 omega) ratio sin(order phi + phase)."""
     ratio, order, phase, p = 0.3, 7.0, 0.5, parameters("yin2018_dc")
-    values = vector("yin2018_dc", [("torque_ripple", "motors", (ratio, order, phase))])
+    values = vector("yin2018_dc", [("torque_ripple", "motors", (ratio, order, phase, share))])
     given = still(400, 2.5e-4, (3.0, 3.0), "voltages")
     names = ("torque1", "phi1", "omega1")
     torque, phi, omega = run(given, values, dc=True, channels=names, limit=2e-5)
-    whole = p["motor_torque_gain"] * 3.0 - p["motor_damping_gain"] * omega
-    expected = whole * (1 + ratio * np.sin(order * phi + phase))
+    driven, taken = p["motor_torque_gain"] * 3.0, p["motor_damping_gain"] * omega
+    whole = driven - taken
+    expected = whole + (driven - share * taken) * ratio * np.sin(order * phi + phase)
     assert np.ptp(phi) > 2 * np.pi / order
     assert np.abs(torque - expected)[5:].max() < 5e-3 * whole.max()
 

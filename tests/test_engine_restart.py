@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from engine_kit import DELAY, machine, problem, record, short_motion, with_effects
 
-from corexy_fmi.engine import restart
-from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine import again, restart
+from corexy_fmi.engine.fit import Fit, minimise
 
 SMALL = restart.Breadth(16, 1, 8)
 
@@ -70,3 +70,20 @@ def test_shapes_begin_where_the_effects_file_says(chosen):
     )
     expected = [(a, b) for a in (1.0, 1e-3, 1e-5) for b in (0.0, 1e-3)]
     assert values == pytest.approx(np.array(expected))
+
+
+def test_a_fit_whose_nominal_parameters_went_astray_begins_anew(chosen):
+    """Belts four deviations too soft, a delay beside them: it ends near both; a near one stays."""
+    at = {
+        key: chosen.keys.index(key) for key in ("belt_axial_stiffness", "sensor_delay.sensor.delay")
+    }
+    u = np.zeros(chosen.size)
+    u[at["belt_axial_stiffness"]] = -4 * chosen.unknowns[at["belt_axial_stiffness"]].prior_std
+    lost = minimise(chosen, u, 0)
+    found = again.recentred(lost, map)
+    assert found.cost < lost.cost - 100
+    assert abs(found.u[at["belt_axial_stiffness"]]) < 0.5 * abs(u[at["belt_axial_stiffness"]])
+    delay = chosen.unknowns[at["sensor_delay.sensor.delay"]]
+    assert delay.value(found.u[at["sensor_delay.sensor.delay"]]) == pytest.approx(4e-3, rel=0.1)
+    near = minimise(chosen, np.zeros(chosen.size), 0)
+    assert again.recentred(near, map) is near

@@ -155,7 +155,7 @@ def test_the_automatic_step_is_stable_at_the_bounds(machine):
             sets += [vector(machine, [(name, location, e)]) for e in zip(*ends, strict=True)]
     given = drive(*lively(60), radius=sets[0][0])
     for values in sets:
-        assert np.abs(run(given, values)).max() < 0.5  # pulses of 1 kN, a cable that pulls with 2
+        assert np.abs(run(given, values)).max() < 5.0  # a cable at its bounds pulls with 14 kN
 
 
 def test_step_count_is_never_rounded():

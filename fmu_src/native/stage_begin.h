@@ -32,7 +32,7 @@ static int no_hook(const stage *s)
 {
     for (int port = 0; port < PORT_COUNT; port++)
         switch (port) {
-        case PORT_START: case PORT_START_AXIS: case PORT_START_SECTION: case PORT_START_SENSOR:
+        case PORT_ROTOR: case PORT_START: case PORT_START_AXIS: case PORT_START_SECTION: case PORT_START_SENSOR:
         case PORT_OUTPUT: case PORT_SENSOR: break;
         default: if (hooked(s, port)) return 0;
         }
@@ -163,10 +163,13 @@ static void place_at(stage *s, double time, const double *angles, const lane *re
     s->elapsed = 0;
     for (int i = 0; i < 2; i++) { s->input[i] = angles[i]; s->input_rate[i] = 0; }
     set_command(s, time);
+    for (int i = 0; i < 2; i++) EACH s->q[2 + i][l] = s->command[i][l];
+    run_port(s, PORT_ROTOR);
     for (int i = 0; i < 2; i++)
         EACH {
-            s->q[2 + i][l] = s->command[i][l];
-            const double angle = t->rest[i][0] * angles[0] + t->rest[i][1] * angles[1];
+            double angle = 0;
+            for (int j = 0; j < 2; j++)
+                angle += t->rest[i][j] * (angles[j] + (s->q[2 + j][l] - s->command[j][l]));
             s->q[i][l] = s->radius[0][l] * angle + balance[i][l] + rest[i][l];
         }
     turn_along(s, t, 0.0);

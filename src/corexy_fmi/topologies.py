@@ -13,7 +13,7 @@ from corexy_fmi.parameters import BY_NAME, FIXED, LOOSE, NOMINAL, NominalParamet
 
 COREXY = "corexy"
 GUIDES = frozenset({"start", "start_axis", "guide", "stick"})
-VOLTAGES = frozenset({"motor", "torque"})
+VOLTAGES = frozenset({"rotor", "motor", "torque"})
 SENSORS = frozenset({"start_sensor", "output", "filter", "sensor", "sampling", "clock"})
 BY_EQUATION_1 = (COREXY, "h_frame")  # whose motors turn by the sum and difference of x and y
 BOTH_AXES = ("axis_skew", "sensor_rotation")

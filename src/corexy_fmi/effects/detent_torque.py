@@ -3,7 +3,8 @@
     tau = -torque sin(order phi + phase)                                                 [N m]
 
 A stepper's rotor is then no longer exactly where it is told to be: it brings its magnetic spring
--T_h sin(50 (phi - phi_c)) - D (phi' - phi_c') with it, as in `stepper_compliance`.
+-T_h sin(50 (phi - phi_c)) - D (phi' - phi_c') with it, as in `stepper_compliance`.  A run begins
+with the rotor at rest between both.
 
 Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994 (detent torque).
 """
@@ -20,6 +21,17 @@ from corexy_fmi.effects.api import (
 )
 from corexy_fmi.effects.stepper_compliance import field
 from corexy_fmi.kernel.xmath import maximum, select, sin
+
+SEAT_STEPS = 4  # leave 2 % of the detents' torque where the field is three times as stiff as they
+
+
+def seat(angle, command, torque, phase, order, holding_torque):
+    """Angle [rad] of a stepper's rotor at rest between its field and the detents (damped steps)."""
+    aside, stiffest = 0.0, ROTOR_TEETH * holding_torque + order * torque
+    for _ in range(SEAT_STEPS):
+        pull = torque * sin(order * (command + aside) + phase)
+        aside = aside - (holding_torque * sin(ROTOR_TEETH * aside) + pull) / stiffest
+    return {"angle": angle + aside}
 
 
 def spring(
@@ -103,7 +115,11 @@ EFFECT = Effect(
             drives=(STEPPER,),
         ),
     ),
-    laws=(Law("motor", spring, drives=(STEPPER,)), Law("motor", cog)),
+    laws=(
+        Law("rotor", seat, drives=(STEPPER,)),
+        Law("motor", spring, drives=(STEPPER,)),
+        Law("motor", cog),
+    ),
     equation=r"\tau = -T_d \sin(z\,\varphi + \varphi_0)",
     citation="Kenjo, Sugawara 1994, Stepping Motors and Their Microprocessor Controls",
     remedy="Raise the motor current, or take a motor with less detent torque or skewed slots.",

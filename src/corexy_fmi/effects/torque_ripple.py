@@ -1,6 +1,9 @@
 """Commutation ripple: the torque of a dc motor depends on its angle.
 
-    tau = (K_1 V - K_2 omega) (1 + ratio sin(order phi + phase))                         [N m]
+    tau = (K_1 V - K_2 omega) + (K_1 V - share K_2 omega) ratio sin(order phi + phase)   [N m]
+
+The share of back-EMF is 1 where the ripple follows the current, as with a driver of voltage, and 0
+where it follows the command, as with a driver of current.
 
 Source: Jahns, Soong, IEEE Trans. Industrial Electronics 43(2), 1996, doi:10.1109/41.491356.
 """
@@ -9,9 +12,9 @@ from corexy_fmi.effects.api import DC, PHASES, TWO_PI, Effect, Law, Parameter
 from corexy_fmi.kernel.xmath import sin
 
 
-def ripple(rotor_torque, angle, speed, damping_gain, ratio, order, phase):
+def ripple(rotor_torque, angle, speed, damping_gain, ratio, order, phase, back_emf):
     """Torque [N m] of the rotor."""
-    current = rotor_torque - damping_gain * speed
+    current = rotor_torque - back_emf * damping_gain * speed
     return {"rotor_torque": rotor_torque + ratio * current * sin(order * angle + phase)}
 
 
@@ -41,9 +44,20 @@ EFFECT = Effect(
             PHASES,
             periodic=TWO_PI,
         ),
+        Parameter(
+            "back_emf",
+            "1",
+            "share of back-EMF in the torque that the ripple follows",
+            1.0,
+            0.0,
+            1.0,
+            (0.5,),
+            default=1.0,
+        ),
     ),
     laws=(Law("torque", ripple),),
-    equation=r"\tau = (K_1 V - K_2 \omega)\left(1 + \rho \sin(z\,\varphi + \varphi_0)\right)",
+    equation=r"\tau = K_1 V - K_2 \omega"
+    r" + (K_1 V - s K_2 \omega)\,\rho \sin(z\,\varphi + \varphi_0)",
     citation="Jahns, Soong 1996, doi:10.1109/41.491356",
     remedy="Take a motor with more commutator segments, or feed the ripple forward by the angle.",
     check="Turn the motor slowly at a constant voltage: its speed pulses with the angle.",

@@ -11,13 +11,15 @@ from corexy_fmi.engine.entries import Entry, entry_of
 from corexy_fmi.engine.fit import Fit, Mapper, fine, minimise, settle
 from corexy_fmi.engine.free_form import PARITIES, halved, law_places
 from corexy_fmi.engine.restart import LEADER, begun, best
-from corexy_fmi.engine.rough import softened, unstuck
+from corexy_fmi.engine.rough import across, softened, unstuck
 from corexy_fmi.engine.search import CLOSE, rank
 from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.call import Array
 
 LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
 ELSEWHERE = 0.5  # share of the first one's gain that its effect has at another place, to go on
 BETTER = 1.0  # [nats] that it must gain to be taken
+ASTRAY = 2.0  # prior standard deviations of a nominal parameter
 
 
 def repolish(base: Fit, winner: Fit) -> Fit:
@@ -39,6 +41,28 @@ def refined(fit: Fit) -> Fit:
     start = np.concatenate([fit.u[:first], values, fit.u[last:]])
     again = settle(minimise(problem, start, 8))
     return again if rank(again) < rank(fit) else fit
+
+
+def recentred(fit: Fit, mapper: Mapper) -> Fit:
+    """The better of a fit and, where its nominal parameters went astray, itself begun again around
+    those of the machine file: they may have moved to explain the mismatch before the effect was
+    there to do it.
+    """
+    found = [across(minimise(fit.problem, u, AGAIN)) for u in _central(fit, mapper)]
+    ended = best([fit, *found])
+    return settle(ended) if ended.cost < fit.cost - BETTER else fit
+
+
+def _central(fit: Fit, mapper: Mapper) -> list[Array]:
+    """Where to begin around the machine file's nominal parameters, (size,) each; nowhere where all
+    of them stayed near.
+    """
+    own = range(fit.problem.nominal_count)
+    pulls = [abs(fit.u[k]) / fit.problem.unknowns[k].prior_std for k in own]
+    if max(pulls, default=0.0) < ASTRAY:
+        return []
+    around = np.where(np.arange(len(fit.u)) < len(own), 0.0, fit.u)
+    return [around, best(begun(fit.problem, around, LEADER, mapper)).u]
 
 
 def by_parity(fit: Fit) -> Fit:
@@ -77,7 +101,7 @@ def _shaken(fit: Fit, mapper: Mapper) -> Fit:
     }
     moved = [k for k, key in enumerate(fit.problem.keys) if key in shapes]
     starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
-    starts += [best(begun(fit.problem, fit.u, LEADER, mapper)).u]
+    starts += [best(begun(fit.problem, fit.u, LEADER, mapper)).u, *_central(fit, mapper)]
     again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
     found = unstuck(best([fit, *again]))
     return settle(found) if found.cost < fit.cost - BETTER else fit

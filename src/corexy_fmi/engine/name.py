@@ -9,7 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from corexy_fmi.engine.again import by_parity, leaders, matched, polished, refined, repolish
+from corexy_fmi.engine.again import (
+    by_parity,
+    leaders,
+    matched,
+    polished,
+    recentred,
+    refined,
+    repolish,
+)
 from corexy_fmi.engine.bold import bold_fits
 from corexy_fmi.engine.candidates import hypotheses
 from corexy_fmi.engine.elsewhere import elsewhere
@@ -116,6 +124,7 @@ def compete(
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
         fits = sorted([*fits, *bold_fits(base, singles, mapper)], key=rank)
     fits = with_whole_counts(fits, mapper)
+    fits[:1] = [recentred(f, mapper) for f in fits[:1]]
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")

@@ -37,6 +37,13 @@ def _port(name: str, meaning: str, writes: str, **variables: str) -> Port:
 
 _ALL = (
     _port(
+        "rotor",
+        "once, before all else: the angle [rad] at which a rotor rests; the axes rest at its angle",
+        "angle",
+        angle="q:i + 2",
+        command="command",
+    ),
+    _port(
         "start",
         "once at a motor, when a run starts: what a memory begins with",
         "",

@@ -39,11 +39,13 @@ class ReferenceStage(ReferenceState):
         self.ramp = (np.array(angles), np.zeros(2))
         self._command(time)
         a["q"][2:4] = a["command"]
+        self.run_port("rotor")
+        aside = a["q"][2:4] - a["command"]
         follow = np.array(self.stage.rest) * self.radius
         turn = self._settled(np.r_[follow @ rest[2:], rest[2:]], 0.0)[4:]
         held = -a["bound0"][4:] * np.clip(turn, -1.0, 1.0)
         balance = self._settled(np.zeros(2), held)[:2]
-        a["q"][:2] = follow @ np.array(angles) + balance + rest[:2]
+        a["q"][:2] = follow @ (np.array(angles) + aside) + balance + rest[:2]
         self._turn_along()
         a["q"][4:] = self._settled(a["q"][:4], held)[4:]
         self._travel()
