@@ -26,8 +26,8 @@ from corexy_fmi.engine.prove import follow_up
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.samples import even
 from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import STIFFER, starts, stiffer
 from corexy_fmi.engine.spread import Spread, combinations, groups, spread, tones
+from corexy_fmi.engine.starts import LOST, STIFFER, astray, central, starts, stiffer
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
@@ -247,3 +247,22 @@ def test_a_search_from_stiffer_belts_holds_them():
     assert [tried for _, tried, _ in starts(base, [delay, force], True)][-1] == [delay]
     (found,) = screen(stiff, [delay])
     assert not found.borrowed()[: -found.problem.size, k].any()
+
+
+def test_a_search_from_the_machine_file_where_retuning_went_astray():
+    """Every candidate is tried there, under white noise; a base that stayed near is not left."""
+    base = fitted(problem(record(machine(), short_motion()), machine()), 0)
+    k = base.problem.keys.index("carriage_mass")
+    u = base.u.copy()
+    u[k] = LOST * 1.01 * base.problem.unknowns[k].prior_std
+    lost = replace(base, u=u)
+    assert astray(lost) == pytest.approx(LOST * 1.01)
+    (given,) = central(lost)
+    assert not given.u[: base.problem.nominal_count].any()
+    assert (given.u[base.problem.nominal_count :] == base.u[base.problem.nominal_count :]).all()
+    assert all(not len(n.coefficients) for models in given.problem.noise for n in models)
+    force = [Hypothesis((bundled_layout().find("constant_force", "x"),))]
+    assert starts(lost, force, True)[1][1] == force
+    assert len(starts(lost, force, True)) == len(starts(lost, force, False)) + 2
+    u[k] = LOST * 0.9 * base.problem.unknowns[k].prior_std
+    assert central(replace(base, u=u)) == []

@@ -9,9 +9,9 @@ from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion,
 from corexy_fmi.engine import retune
 from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
 from corexy_fmi.engine.micro_step import AT_EASE, damped
-from corexy_fmi.engine.search import stiffened
 from corexy_fmi.engine.signature import raw_changes
 from corexy_fmi.engine.slopes import BROKEN
+from corexy_fmi.engine.starts import stiffened
 from corexy_fmi.engine.unknowns import STIFFNESS
 
 RIGID = ("axis_skew", "sensor"), ("constant_force", "x"), ("stribeck_friction", "x")

@@ -13,6 +13,7 @@ from corexy_fmi.engine.free_form import PARITIES, halved, law_places
 from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.rough import across, softened, unstuck
 from corexy_fmi.engine.search import CLOSE, rank
+from corexy_fmi.engine.starts import astray, centred
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
 
@@ -57,11 +58,9 @@ def _central(fit: Fit, mapper: Mapper) -> list[Array]:
     """Where to begin around the machine file's nominal parameters, (size,) each; nowhere where all
     of them stayed near.
     """
-    own = range(fit.problem.nominal_count)
-    pulls = [abs(fit.u[k]) / fit.problem.unknowns[k].prior_std for k in own]
-    if max(pulls, default=0.0) < ASTRAY:
+    if astray(fit) < ASTRAY:
         return []
-    around = np.where(np.arange(len(fit.u)) < len(own), 0.0, fit.u)
+    around = centred(fit)
     return [around, best(begun(fit.problem, around, LEADER, mapper)).u]
 
 

@@ -15,8 +15,8 @@ from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.restart import begun, best
 from corexy_fmi.engine.rough import unstuck
 from corexy_fmi.engine.samples import Run
-from corexy_fmi.engine.search import stiffened
 from corexy_fmi.engine.slopes import BROKEN
+from corexy_fmi.engine.starts import stiffened
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 

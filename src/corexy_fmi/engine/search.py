@@ -8,23 +8,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from corexy_fmi.engine.fit import Fit, Mapper, costs, minimise, settle, white_noise
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle, white_noise
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.rough import across
 from corexy_fmi.engine.screen import Lead, screen
-from corexy_fmi.engine.unknowns import STIFFNESS, Hypothesis
-from corexy_fmi.kernel.call import Array
+from corexy_fmi.engine.starts import starts
+from corexy_fmi.engine.unknowns import Hypothesis
 
-AHEAD, AHEAD_BLEACHED, SHORT, FINALISTS, LAWS = 16, 6, 3, 6, 4
+SHORT, FINALISTS, LAWS = 3, 6, 4
 CLOSE, CLOSE_SHARE = 40.0, 0.25  # [nats]; share of the best one's gain: behind both all is lost
 CONTENDS = 0.3  # share of the best short fit's gain that a finalist has
 ALWAYS, LEAD_SHARE = 4, 0.02  # leads that are always fitted; share of the best lead's gain
 PROMISING, OWED = 20.0, 0.5  # [nats] of a lead whose short fit must gain this share, or goes on
 LONG, PLAIN = 8, 0.5  # iterations of a long fit; [nats] an iteration that gains less ends it
 LEAST = 1.5  # [nats] that any other lead gains in the screen
-STIFFER = 1.2  # log of the factor
 BENDING = "velocity_reversal"  # the state of effects that a linear gain says little of
-LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
 
 
 def penalty(problem: Problem, samples: int) -> float:
@@ -114,7 +112,7 @@ def search(
 
     Searched under the base's own noise and, where that is coloured, under white noise too: a slow
     mismatch can pass for colour, and is then invisible to a search that trusts the colour.  The
-    first round also begins from stiffer belts: soft ones pass for whatever lags.
+    first round also begins elsewhere (`starts.py`).
     """
     finals: list[Fit] = []
     rest: list[Fit] = []
@@ -128,16 +126,6 @@ def search(
         rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
     settled = sorted(mapper(settle, _once(finals)), key=rank)
     return settled + rest
-
-
-def starts(
-    base: Fit, candidates: list[Hypothesis], first: bool
-) -> list[tuple[Fit, list[Hypothesis], int]]:
-    """Where a round searches from, for which candidates, with how many short fits."""
-    bleached = [(fit, candidates, AHEAD_BLEACHED) for fit in _bleached(base)]
-    lagging = [h for h in candidates if any(i.effect.state in LAGS for i in h.uses)]
-    held = [(fit, lagging, AHEAD_BLEACHED) for fit in stiffer(base)] if first else []
-    return [(base, candidates, AHEAD), *bleached, *held]
 
 
 def _margin(start: Fit, best: Fit) -> float:
@@ -166,33 +154,3 @@ def _contenders(start: Fit, shorts: list[Fit]) -> list[Fit]:
         return []
     least = CONTENDS * (start.cost - rank(shorts[0]))
     return [f for n, f in enumerate(shorts) if n < 2 or start.cost - rank(f) >= max(least, 0.0)]
-
-
-def _bleached(base: Fit) -> list[Fit]:
-    """The base fitted again under white noise; nothing where its own noise is white already."""
-    if not any(len(n.coefficients) for models in base.problem.noise for n in models):
-        return []
-    return [minimise(white_noise(base), base.u, 8)]
-
-
-def stiffer(base: Fit) -> list[Fit]:
-    """The base with its belts stiffened, which a search from there holds; nothing where the
-    machine file says how stiff they are, or where they are too stiff for the micro-step.
-    """
-    u = stiffened(base.problem, base.u)
-    if u is None:
-        return []
-    k = base.problem.keys.index(STIFFNESS)
-    residual, slopes = base.problem.linearised(u)
-    slopes[:, k] = 0.0
-    cost = float(costs(residual[None])[0]) + base.problem.log_scale()
-    return [Fit(base.problem, u, cost, residual, slopes)] if np.isfinite(cost) else []
-
-
-def stiffened(problem: Problem, u: Array) -> Array | None:
-    """u (size,) with stiffer belts; None where the machine file says how stiff they are."""
-    if STIFFNESS not in problem.keys:
-        return None
-    k, stiff = problem.keys.index(STIFFNESS), u.copy()
-    stiff[k] = min(stiff[k] + STIFFER, problem.limits()[1][k])
-    return stiff
