@@ -106,7 +106,8 @@ def full(entries: list[Entry]) -> list[str]:
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
         "`driver_deadband`, the knee of `supply_saturation`, a soft onset of `belt_slack`, "
-        "`load_friction` by both forces, a cable that stiffens) are inside the catalogue since. "
+        "`load_friction` by both forces, a cable that stiffens, a ripple that follows the command) "
+        "are inside the catalogue since. "
         "26 cases of 46916cf are "
         "in no table: they were lost with the machine that ran them (13 of 18 effects right, 3 a "
         "class, 1 left open, wrong 0, nulls 5 of 5, pair and outside right, as far as seen), as "
@@ -127,7 +128,7 @@ def ten(entries: list[Entry]) -> list[str]:
         "`parallel`), as were two of its three of Stribeck friction. Its constant force began with "
         "the recording, out of balance, which alone shows it where offsets are free: a mistake of "
         "the plant's, mended since (a known zero shows it now). Free-form laws were compared by a "
-        "measure that is mended since (docs/dev/PLAN.md). What changed in the engine since stands "
+        "measure that is mended since. What changed in the engine since stands "
         "in the changelog; this run says nothing of it.",
         "",
         *tables(entries, "proof", TEN_AIMS, HIDDEN),
