@@ -30,6 +30,7 @@ from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
 KEPT, WORTH = 4, 0.3  # starts that a lead offers at most; share of the best one's gain
+BESIDE = 0.25  # of a start, in every unknown: it would end where that does
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +68,21 @@ def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered
     tried = 2 * TRIED if instance.effect.size.over == "threshold" else TRIED
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:tried]])
     gains = _reach(base, problem, starts, q)
-    order = np.argsort(-gains, kind="stable")[:KEPT]
+    order = apart(starts, gains)
     top = float(gains[order[0]])
     kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
     linear = max(found[0].gain, top)
     bound = max(score.bound for score in found)
     return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base, bound)
+
+
+def apart(starts: Array, gains: Array) -> list[int]:
+    """Which of the starts (starts, size) are kept, best first: none beside a better one."""
+    kept: list[int] = []
+    for n in np.argsort(-gains, kind="stable"):
+        if len(kept) < KEPT and all(np.abs(starts[n] - starts[m]).max() > BESIDE for m in kept):
+            kept.append(int(n))
+    return kept
 
 
 def _scored(
