@@ -19,7 +19,7 @@ import pytest
 from corexy_fmi.engine.evidence import CornerSize, Evidence, Finding, MissingForce, RunnerUp, Trace
 from corexy_fmi.report import render_report, write_report
 from corexy_fmi.report.decimate import with_gaps
-from tests.report_cases import VERDICTS, make_document, make_evidence, make_trace, warned
+from tests.report_cases import NOISE, VERDICTS, make_document, make_evidence, make_trace, warned
 
 VOID = {"meta", "input", "br", "link", "img"}
 SMALL = 1300  # rows
@@ -377,3 +377,15 @@ def test_dropouts_are_gaps_not_bridges():
     away = (trace.time > 1) & (trace.time < 2)
     measured = {c: np.where(away, np.nan, v) for c, v in trace.measured.items()}
     assert shown(make_document(), Evidence(traces=(replace(trace, measured=measured),))).data
+
+
+def test_a_gain_within_the_noise_is_told_as_such():
+    """No share of next to nothing: an rms hardly above the noise hides what a likelihood sees."""
+    document = make_document("unexplained")
+    document["heldout"] |= {"rms_retuned": 1.004 * NOISE, "excess_removed": 4.085}
+    text = render_report(document, make_evidence("unexplained", SMALL))
+    assert "too small beside the noise" in text
+    assert "of what exceeds the noise" not in text
+    assert "of what exceeds the noise" in render_report(
+        make_document("unexplained"), make_evidence("unexplained", SMALL)
+    )

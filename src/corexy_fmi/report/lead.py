@@ -16,6 +16,7 @@ from corexy_fmi.report.words import STATES, cause, effect_name, full_stop, liste
 
 Document = Mapping[str, Any]
 MEMBERS = 3  # causes that a headline can name
+SEEN = 1.01  # rms over noise, below which what is removed of the difference says nothing
 VISIBLE = 5e-4  # [mm] below which a corner's change is not worth a headline
 
 
@@ -164,6 +165,13 @@ def _corner_sentence(corner: CornerSize | None, it: str) -> tuple[str, ...]:
     return (f"{told} ({corner.recording}).",)
 
 
+def seen(held: Mapping[str, Any]) -> bool:
+    """Whether the held-out mismatch of the retuned machine stands out of the noise as an rms."""
+    return _known(held, "rms_retuned", "noise_std") and bool(
+        held["rms_retuned"] >= SEEN * held["noise_std"]
+    )
+
+
 def _gain_sentence(document: Document) -> tuple[str, ...]:
     """How far the held-out mismatch falls."""
     held = document.get("heldout") or {}
@@ -173,6 +181,11 @@ def _gain_sentence(document: Document) -> tuple[str, ...]:
     before, after, noise = (
         quantity(held[k] * scale, unit) for k in ("rms_retuned", "rms_explained", "noise_std")
     )
+    if not seen(held):
+        return (
+            "On data kept out of the fit what is missing is too small beside the noise "
+            f"({noise}) to show in an rms.",
+        )
     return (
         f"On data kept out of the fit the mismatch falls from {before} to {after}; "
         f"noise alone is {noise}.",

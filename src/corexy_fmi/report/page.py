@@ -20,7 +20,7 @@ from corexy_fmi.files import write_beside
 from corexy_fmi.report import charts, tables
 from corexy_fmi.report.equation import typeset
 from corexy_fmi.report.gallery import make_gallery
-from corexy_fmi.report.lead import classes, make_lead
+from corexy_fmi.report.lead import classes, make_lead, seen
 from corexy_fmi.report.notices import make_notices
 from corexy_fmi.report.quantities import number, percent
 from corexy_fmi.report.viewer import make_view
@@ -44,6 +44,7 @@ def render_report(document: Mapping[str, Any], evidence: Evidence) -> str:
         lead=make_lead(document, evidence),
         notices=make_notices(document, evidence),
         classes=classes(document),
+        seen=seen(document.get("heldout") or {}),
         style=Markup(_source("style.css")),
         script=Markup(script),
         script_hash=_hash(script),
