@@ -73,7 +73,7 @@ def test_detents_hold_a_stepper_off_its_command():
 
 
 def test_a_stepper_with_detents_begins_at_rest():
-    """Where field and detents balance: nothing moves until it is told to, but by 1 % of the way."""
+    """Where field and detents balance: nothing moves until it is told to, but by 2 % of the way."""
     effects = [("detent_torque", "motors", (0.02, 0.8, 200.0, 0.3, 1e-4))]
     given = still(200, 1e-3, (0.1, 0.1), "angles")
     names = ("phi1", "phi2", "x", "y")

@@ -13,11 +13,10 @@ from dataclasses import replace
 from scipy.stats import chi2
 
 from corexy_fmi.engine.candidates import laws
-from corexy_fmi.engine.entries import Competition, Entry, entry_of, ranked
-from corexy_fmi.engine.fit import Fit, minimise, settle
+from corexy_fmi.engine.entries import Competition, Entry, ranked
+from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import LawShape
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import long_fit
+from corexy_fmi.engine.spots import best_law
 from corexy_fmi.engine.unknowns import Hypothesis
 
 CHANCE = 1e-3  # of a law that fits that much better where the family holds the cause
@@ -48,8 +47,7 @@ def within_family(competition: Competition) -> Competition:
     tried = [Hypothesis(law=law) for law in laws(base.problem, base.u) if _same(law, first)]
     if not tried:
         return competition
-    lead = screen(base, tried, map)[0]
-    law = entry_of(base, settle(long_fit(minimise(lead.problem, lead.starts[0], 1))))
+    law = best_law(base, tried, map)
     better = first.fit.cost - law.fit.cost
     if better < chi2.isf(CHANCE, _count(law) - _count(first)) / 2:
         return competition

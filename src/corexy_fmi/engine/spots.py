@@ -12,8 +12,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from corexy_fmi.engine.candidates import laws
-from corexy_fmi.engine.entries import THRESHOLD, Competition, catalogue_first, entry_of, ranked
-from corexy_fmi.engine.fit import Mapper, minimise, settle
+from corexy_fmi.engine.entries import (
+    THRESHOLD,
+    Competition,
+    Entry,
+    catalogue_first,
+    entry_of,
+    ranked,
+)
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.probe_laws import FINE
 from corexy_fmi.engine.screen import screen
@@ -38,12 +45,16 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
     tried = [Hypothesis(law=window) for law in here for window in _windows(law)]
     if not tried:
         return competition
-    lead = screen(base, tried, mapper)[0]
-    fit = settle(long_fit(minimise(lead.problem, lead.starts[0], 1)))
-    entry = entry_of(base, fit)
+    entry = best_law(base, tried, mapper)
     if entry.gain <= least:
         return competition
     return ranked(base, catalogue_first([entry, *competition.entries]))
+
+
+def best_law(base: Fit, tried: Sequence[Hypothesis], mapper: Mapper) -> Entry:
+    """The law that promises most at a fit, fitted to the end."""
+    lead = screen(base, list(tried), mapper)[0]
+    return entry_of(base, settle(long_fit(minimise(lead.problem, lead.starts[0], 1))))
 
 
 def _windows(law: LawShape) -> list[LawShape]:
