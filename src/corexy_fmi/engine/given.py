@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from corexy_fmi.engine.derived import without_derived
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.engine.excerpts import excerpts, late_part, needed, restarted
 from corexy_fmi.engine.preflight import check
@@ -21,10 +22,11 @@ def preflight(
     """Recordings put right where that is sure, with the rows that were lost, and what was found."""
     clocked = [with_even_stamps(r) for r in recordings]
     checked = [check(with_lost_rows(r), machine) for r, _ in clocked]
-    whole = [r for r, _ in checked]
+    sensed = [without_derived(r) for r, _ in checked]
+    whole = [r for r, _ in sensed]
     told = [_scattered(r, scatter) for r, scatter in clocked if scatter]
     told += [f for a, b in zip(recordings, whole, strict=True) for f in _lost(a, b)]
-    return whole, told + [f for _, found in checked for f in found]
+    return whole, told + [f for _, found in (*checked, *sensed) for f in found]
 
 
 def _scattered(even: Recording, scatter: float) -> Finding:
