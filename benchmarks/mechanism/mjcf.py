@@ -16,10 +16,11 @@ from corexy_fmi.topology import FULL
 
 HUGE = 1e8  # [kg m^2] of a driven rotor: belts turn it by less than 1 nm of travel
 STIFF = 0.9999  # MuJoCo's largest impedance: what sticks creeps least
+NO_SLIP = 20  # passes that take the rest of the creep away: tens of um under a frame that rings
 ARM, PIN, STOP = 4e-3, 5e-4, 5e-4  # [m] pin in the slot: place, radius; half a stop's thickness
 MODEL = """<mujoco model="corexy">
   <option timestep="{step!r}" integrator="{integrator}" gravity="{gravity}" iterations="100"
-    tolerance="1e-12"/>
+    tolerance="1e-12" noslip_iterations="{no_slip}" noslip_tolerance="1e-12"/>
   <default>
     <joint solreffriction="-0 {rate!r}" solimpfriction="{stiff} {stiff} 1e-3"/>
     <geom contype="0" conaffinity="0"/>
@@ -180,7 +181,7 @@ def model_text(p: Mapping[str, float], parts: Parts, step: float, integrator: st
     """The model of a machine with these parameters at a time step [s]."""
     wheels, pairs = wheels_text(p, parts)
     return MODEL.format(
-        step=step, integrator=integrator, rate=-1 / step, stiff=STIFF,
+        step=step, integrator=integrator, rate=-1 / step, stiff=STIFF, no_slip=NO_SLIP,
         gravity=f"{parts.tilt[0]!r} {parts.tilt[1]!r} 0",
         frame=frame_text(parts), bridge=bridge_text(p, parts), carriage=carriage_text(p, parts),
         wheels=wheels, tendons=tendons_text(p, parts), pairs=pairs.format(hard=2 * step),
