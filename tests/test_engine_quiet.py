@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from engine_kit import NOISE, machine, record, short_motion
+from scipy.signal import lfilter
 
 from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.quiet import own_models
@@ -52,6 +53,46 @@ def test_slow_noise_of_both_is_noise():
     found = own_models(pair, errors_of(pair, *both))
     for r in range(2):
         assert found[r][0].marginal > 1.5 * NOISE
+
+
+def coloured(run, seed, std=NOISE, rho=0.8):
+    drive = np.random.default_rng(seed).normal(size=len(run.samples[0].index))
+    return std * np.sqrt(1 - rho**2) * lfilter([1.0], [1.0, -rho], drive)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mismatch_that_hardly_adds_to_a_coloured_noise_is_none(seed):
+    """Fast ringing: 8 % more rms, which so few independent samples cannot tell."""
+    pair = runs()
+    first, second = (coloured(run, 2 * seed + n) for n, run in enumerate(pair))
+    time = pair[1].excitation.time[pair[1].samples[0].index]
+    ringing = 0.55 * NOISE * np.sin(2 * np.pi * 250 * time)
+    found = own_models(pair, errors_of(pair, first, second + ringing))
+    assert found[1][0] is found[0][0]
+    assert np.std(second + ringing) < 1.15 * np.std(second)
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.8, 0.95])
+@pytest.mark.parametrize("seed", range(4))
+def test_equally_coloured_noise_stays_each_ones_own(seed, rho):
+    pair = runs()
+    own = [coloured(run, 2 * seed + n, rho=rho) for n, run in enumerate(pair)]
+    found = own_models(pair, errors_of(pair, *own))
+    assert found[0][0] is not found[1][0]
+
+
+def test_what_a_coarse_sensor_makes_of_speeds_is_no_mismatch():
+    """Steps of 40 um: slow errors alike for long in one run, new in each sample of the other."""
+    pair, step = runs(), 4e-5
+    count, tune = len(pair[0].samples[0].index), np.random.default_rng(0)
+    slow, fast = (v * np.arange(count) + step * tune.random() for v in (3e-7, 7.3e-5))
+    own = [step * np.round(v / step) - v for v in (slow, fast)]
+    rounded = [
+        run.with_samples((replace(run.samples[0], value=step * np.round(v / step)), run.samples[1]))
+        for run, v in zip(pair, (slow, fast), strict=True)
+    ]
+    found = own_models(tuple(rounded), errors_of(pair, *own))
+    assert found[0][0] is not found[1][0]
 
 
 @pytest.mark.parametrize("seed", range(8))

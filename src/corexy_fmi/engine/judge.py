@@ -12,15 +12,17 @@ from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.entries import Competition, form_floor
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.local import is_local, last_parts
+from corexy_fmi.engine.louder import loudest
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
+from corexy_fmi.engine.quiet import LOUDER
 from corexy_fmi.engine.repeats import repeating
 from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import leftover
-from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced
+from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced, restive
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
@@ -110,7 +112,8 @@ def _guarded(
     proof: Proof, weak: bool, verdict: Verdict, retuned: Fit, fit: Fit, sites: Sequence[Site]
 ) -> Verdict:
     """What a fit leaves to simple functions of the motion, or explains less of than simple laws at
-    another place do, forbids to call it an explanation; a mismatch on the data kept back, only in
+    another place do, or that is far above the noise of other recordings, forbids to call it an
+    explanation; a mismatch on the data kept back, only in
     motion, in every loop, or slow in one axis alone forbids ``nothing_missing``.  What is no more
     than rounding shows none of that.
     """
@@ -121,6 +124,9 @@ def _guarded(
         return replace(verdict, stands=left)
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
         return incomplete(verdict, left)
+    loud = loudest(fit)
+    if verdict.word != "unexplained" and loud and loud.ratio > LOUDER:
+        return restive(verdict, loud.told)
     verdict = replace(misplaced(verdict, sites), stands=left)
     if verdict.word != "nothing_missing":
         return verdict

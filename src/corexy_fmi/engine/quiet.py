@@ -14,14 +14,15 @@ from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.loops import looped_rows
-from corexy_fmi.engine.noise import Noise, difference_noise, estimate, finest, white
+from corexy_fmi.engine.noise import Noise, difference_noise, estimate, finest, least_step, white
 from corexy_fmi.engine.samples import Run, Samples, even
 from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
 ROWS, FEWEST = 200, 8.0  # samples, and independent ones, that tell a standard deviation
 LOUDER = 1.5  # ratio of standard deviations, in motion to at rest, that noise does not have
-APART = 1.15  # the same of two recordings
+APART = 1.15  # the same of two recordings, of their noise or of what is new in each sample
+COARSE = 1.0  # of a sensor's step, below which errors are coloured by how the motion meets it
 SURE = 4.0  # standard errors of the logarithm of a ratio, or of a correlation
 MEMORY, ALIKE = 1.0, 0.3  # [s] after which noise has forgotten; correlation that it has not, then
 
@@ -88,9 +89,28 @@ def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[
                 known = float(late[r][c].mean() - late[q][k].mean())
                 ratio = left(found[r][c].marginal, known) / found[q][k].marginal
                 alike = sizes[q][k] * len(errors[r][c]) / len(errors[q][k])  # were it the same
-                if ratio > APART and significance(ratio, alike, sizes[q][k]) > SURE:
+                new = surprise(found[q][k], errors[r][c], samples, known)
+                counts = len(errors[r][c]), len(errors[q][k])
+                if louder(ratio, alike, sizes[q][k]) or louder(new, *counts):
                     found[r][c] = found[q][k]
     return tuple(map(tuple, found))
+
+
+def louder(ratio: float, one: float, other: float) -> bool:
+    """Whether a ratio of standard deviations of so many samples each parts two noises."""
+    return ratio > APART and significance(ratio, one, other) > SURE
+
+
+def surprise(noise: Noise, errors: Array, samples: Samples, known: float) -> float:
+    """Standard deviation of a channel's errors (m,) whitened by another recording's noise, without
+    what jitter adds (its mean square: ``known``): of two coloured noises it tells far more than
+    their size, as each sample is a new one.  1 where the sensor's rounding may be what differs.
+    """
+    if float(np.std(errors)) < COARSE * least_step(samples):
+        return 1.0
+    white = noise.whiten(errors - errors.mean(), samples.breaks)
+    gain = (1 + float(np.sum(noise.coefficients**2))) / noise.innovation**2
+    return left(float(np.std(white)), known * gain)
 
 
 def at_least(noise: Noise, std: float) -> Noise:

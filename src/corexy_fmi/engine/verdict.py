@@ -137,6 +137,12 @@ def incomplete(verdict: Verdict, left: Leftover) -> Verdict:
     return Verdict("unexplained", None, reason=reason, refuted=verdict.entry, left=left)
 
 
+def restive(verdict: Verdict, told: str) -> Verdict:
+    """What is left is no noise, by what other recordings show, though no function tells it."""
+    beside = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
+    return Verdict("unexplained", None, reason=beside + told, refuted=verdict.entry)
+
+
 def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
     """A cause that explains less than simple laws at another place do is none, nor is nothing."""
     gain = verdict.entry.gain if verdict.entry else 0.0
