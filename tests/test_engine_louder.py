@@ -1,4 +1,4 @@
-"""What a fit leaves above the noise of other recordings is told, and forbids an explanation."""
+"""What a fit leaves above the noise that is known is told, and forbids an explanation."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from engine_kit import NOISE, fitted, machine, problem, record, short_motion
 from corexy_fmi.engine.louder import loudest
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.samples import make_run
-from corexy_fmi.engine.verdict import Verdict, restive
+from corexy_fmi.engine.verdict import Verdict, incomplete
 
 
 def fit_of(second, runs=2):
@@ -40,5 +40,5 @@ def test_what_is_left_in_one_recording_is_told_with_its_place():
 
 
 def test_nothing_that_leaves_so_much_is_unexplained():
-    found = restive(Verdict("nothing_missing", None), "it is loud")
+    found = incomplete(Verdict("nothing_missing", None), "it is loud")
     assert (found.word, found.reason, found.entry) == ("unexplained", "it is loud", None)

@@ -103,6 +103,10 @@ def full(entries: list[Entry]) -> list[str]:
         "of its own at the pulleys, as the plant has it; both were made on seeds of `make blind`.",
         "",
         *tables(entries, "full", FULL_AIMS),
+        "The cases are not balanced: one of the two shards stood at belt_relaxation-1, which the "
+        "plant could not draw (a fit of its own began at a model that broke down; mended since), while the other "
+        "went on.",
+        "",
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
         "`driver_deadband`, the knee of `supply_saturation`, a soft onset of `belt_slack`, "

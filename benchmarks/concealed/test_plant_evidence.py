@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from plant import evidence
 from plant.effects import BY_NAME
-from plant.evidence import Model
+from plant.evidence import Model, fit
 from plant.planted import sized
 from plant.world import draw_world, experiment_of
 
@@ -29,6 +29,16 @@ def test_how_many_runs_are_simulated_at_once_changes_no_bit(monkeypatch):
     assert np.abs(found[0][:, :n]).max(axis=0).all()
     assert not found[0][length:, n : n + 2].any()  # the first run's own deflections
     assert found[0][:length, n : n + 2].any()
+
+
+def test_a_fit_that_begins_where_the_model_breaks_down_is_no_better_than_any(monkeypatch):
+    world = draw_world(3, "rectangles", "yin2018", {"rho": 0.0}, "effect", "ten")
+    model = Model(experiment_of(world))
+    truth = model.output(model.still())
+    monkeypatch.setattr(model, "output", lambda theta, more=None: np.nan * truth)
+    found = fit(model, truth, model.still())
+    assert not found.evidence < np.inf
+    assert min(5.0, found.evidence) == 5.0
 
 
 @pytest.mark.parametrize("columns", [np.zeros((9, 2)), np.ones((9, 2))])

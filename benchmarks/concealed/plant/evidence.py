@@ -212,10 +212,13 @@ def fit(model, truth, theta, jac=None, fresh=4, enough=0.01, reach=REACHES[0]):
     """Levenberg-Marquardt from theta; Broyden's update keeps a Jacobian usable.
 
     It ends where a step on a fresh Jacobian gains less than the share `enough`, or where
-    `fresh` Jacobians are used up.
+    `fresh` Jacobians are used up; at once where the model breaks down at theta, with an evidence
+    that is no number, and less than none.
     """
     here, exact, damping, refused = model.output(theta), False, 1e-4, 0
     cost = model.cost(truth - here, theta)
+    if not np.isfinite(cost):
+        return Fit(theta, truth - here, np.zeros((len(here), model.size)))
     while True:
         if jac is None:
             jac, exact, fresh, refused = model.jacobian(theta, here), True, fresh - 1, 0

@@ -15,7 +15,8 @@ from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.recording import Recording
 
-SOURCES = {"vx": "x", "vy": "y", "ax": "x vx", "ay": "y vy"}  # what each may be computed from
+# a channel, and what it may be computed from
+PAIRS = (("vx", "x"), ("vy", "y"), ("ax", "x"), ("ax", "vx"), ("ay", "y"), ("ay", "vy"))
 TAPS, ROWS = 16, 4000  # samples on either side that a filter may read; rows that are looked at
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])  # difference in which noise is left
 ALTERNATES = 0.5  # share of changes of sign in it from which on it is noise, not motion
@@ -27,14 +28,11 @@ def without_derived(recording: Recording) -> tuple[Recording, list[Finding]]:
     what to say of them.
     """
     channels, findings = dict(recording.channels), []
-    for channel, sources in SOURCES.items():
-        for source in sources.split():
-            if {channel, source} <= channels.keys() and is_derived(
-                channels[channel], channels[source], recording.time
-            ):
-                del channels[channel]
-                findings.append(_finding(recording.name, channel, source))
-                break
+    for channel, source in PAIRS:
+        known = {channel, source} <= channels.keys()
+        if known and is_derived(channels[channel], recording[source], recording.time):
+            del channels[channel]
+            findings.append(_finding(recording.name, channel, source))
     return replace(recording, channels=channels) if findings else recording, findings
 
 
@@ -62,7 +60,7 @@ def _rows(values: Array, source: Array, time: Array) -> np.ndarray:
     even clock: as many as are needed, from the middle on.
     """
     steps = np.diff(time, prepend=2 * time[0] - time[1])
-    sound = np.isfinite(source) & (np.abs(steps / np.median(steps) - 1) < 0.5)
+    sound = np.isfinite(source) & (np.abs(steps / np.median(steps) - 1) < 0.5)  # early ones, too
     whole = correlate1d(sound.astype(int), np.ones(2 * TAPS + 1, int), mode="constant")
     rows = np.flatnonzero((whole == 2 * TAPS + 1) & np.isfinite(values))
     first = max(0, (len(rows) - ROWS) // 2)

@@ -22,7 +22,7 @@ from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import leftover
-from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced, restive
+from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
@@ -112,10 +112,9 @@ def _guarded(
     proof: Proof, weak: bool, verdict: Verdict, retuned: Fit, fit: Fit, sites: Sequence[Site]
 ) -> Verdict:
     """What a fit leaves to simple functions of the motion, or explains less of than simple laws at
-    another place do, or that is far above the noise of other recordings, forbids to call it an
-    explanation; a mismatch on the data kept back, only in
-    motion, in every loop, or slow in one axis alone forbids ``nothing_missing``.  What is no more
-    than rounding shows none of that.
+    another place do, or what is far above the noise in one recording, forbids to call it an
+    explanation; a mismatch on the data kept back, only in motion, in every loop, or slow in one
+    axis alone forbids ``nothing_missing``.  What is no more than rounding shows none of that.
     """
     if at_resolution(retuned):
         return _unless_late(Verdict("nothing_missing", None), proof, weak)
@@ -123,10 +122,10 @@ def _guarded(
     if verdict.word == "explained" and at_resolution(fit):
         return replace(verdict, stands=left)
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
-        return incomplete(verdict, left)
+        return incomplete(verdict, f"the {left.cause} still explains part of it", left)
     loud = loudest(fit)
     if verdict.word != "unexplained" and loud and loud.ratio > LOUDER:
-        return restive(verdict, loud.told)
+        return incomplete(verdict, loud.told)
     verdict = replace(misplaced(verdict, sites), stands=left)
     if verdict.word != "nothing_missing":
         return verdict

@@ -1,7 +1,7 @@
-"""What a fit leaves in one recording, against the noise that the channel has in another one.
+"""What a fit leaves in one recording, against the noise that is known of the channel.
 
-Noise is taken from the quieter recording (`quiet.py`).  Where a fit's errors stay well above it,
-they are no noise, whatever their colour: something happens in that recording that is not explained.
+That is the noise of a quieter recording, at rest, or between loops (`quiet.py`).  Where a fit's
+errors stay well above it, they are no noise, whatever their colour: something is not explained.
 """
 
 from __future__ import annotations
@@ -24,18 +24,13 @@ class Loud:
     @property
     def told(self) -> str:
         """The same in words."""
-        return (
-            f"what is left of {self.channel} in {self.recording} is {self.ratio:.1f} times the "
-            "noise that the other recordings show"
-        )
+        left = f"what is left of {self.channel} in {self.recording}"
+        return f"{left} is {self.ratio:.1f} times the noise that the channel has elsewhere"
 
 
 def loudest(fit: Fit) -> Loud | None:
     """Where a fit leaves most above its noise; None where nothing stands out."""
-    problem = fit.problem
-    if len(problem.runs) < 2:
-        return None
-    found = []
+    problem, found = fit.problem, []
     for r, run in enumerate(problem.runs):
         errors = (e[0] for e in problem.errors(fit.u[None], r))
         for samples, noise, own in zip(run.samples, problem.noise[r], errors, strict=True):

@@ -130,17 +130,12 @@ def _undisputed(best: Entry, proof: Proof | None) -> bool:
     return proof is not None and best.gain > WEAK_GAIN and harmless(proof)
 
 
-def incomplete(verdict: Verdict, left: Leftover) -> Verdict:
-    """Something remains that the explanation does not hold: it is not put into the machine."""
-    told = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
-    reason = f"{told}the {left.cause} still explains part of it"
-    return Verdict("unexplained", None, reason=reason, refuted=verdict.entry, left=left)
-
-
-def restive(verdict: Verdict, told: str) -> Verdict:
-    """What is left is no noise, by what other recordings show, though no function tells it."""
+def incomplete(verdict: Verdict, told: str, left: Leftover | None = None) -> Verdict:
+    """Something remains that the explanation does not hold, as is told: it is not put into the
+    machine.
+    """
     beside = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
-    return Verdict("unexplained", None, reason=beside + told, refuted=verdict.entry)
+    return Verdict("unexplained", None, reason=beside + told, refuted=verdict.entry, left=left)
 
 
 def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
