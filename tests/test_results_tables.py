@@ -65,6 +65,12 @@ def test_what_is_removed_is_told_with_its_worst_decile() -> None:
     assert tables.removal([{**ENTRIES[0], "removed": None}]) == []
 
 
+def test_what_is_removed_of_all_channels_is_told_beside_it() -> None:
+    far = {"retuned": 50.0, "explained": 1.0}
+    (line, _) = tables.removal([{**ENTRIES[0], "kept_back": far}, ENTRIES[1]])
+    assert "each in its noise (n = 1, kept since): median 98.0 %, worst decile 98.0 %" in line
+
+
 def test_a_fit_without_the_effect_bounds_what_the_plant_calls_e() -> None:
     pair = [{"name": n, "location": "x"} for n in ("cable_drag", "quadratic_drag")]
 

@@ -32,12 +32,24 @@ def removed(case: Any, found: Diagnosis) -> float | None:
 
 
 def reached(case: Any, found: Diagnosis) -> dict[str, float]:
-    """Squared distance (s - m)' S^-1 (s - m) of the retuned and the explained machine to the
-    noise-free truth on the training recordings, in E's units: E of what a machine lacks is no more.
+    """How near the machines of a diagnosis come to the noise-free truth on the training recordings,
+    in E's units: E of what a machine lacks is no more.
+    """
+    return _distances(case, found, case.train_clean)
+
+
+def kept_back(case: Any, found: Diagnosis) -> dict[str, float]:
+    """The same on what was kept back: all that is measured counts, each channel in its noise."""
+    return _distances(case, found, case.holdout_clean)
+
+
+def _distances(case: Any, found: Diagnosis, truth: dict[str, Any]) -> dict[str, float]:
+    """Squared distance (s - m)' S^-1 (s - m) of the retuned and the explained machine to the truth,
+    over all channels that are measured.
     """
     sums = {"retuned": 0.0, "explained": 0.0}
     for trace in found.evidence.traces:
-        clean = case.train_clean.get(trace.recording)
+        clean = truth.get(trace.recording)
         if clean is None:
             continue
         noise = case.world.masks[FILES.index(trace.recording)]

@@ -20,7 +20,7 @@ from rich.progress import track
 from benchmarks.concealed.blind import Given, load
 from benchmarks.concealed.cases import CATALOGUES, published, seed_of, strikes
 from benchmarks.concealed.curve import curve_error
-from benchmarks.concealed.held import reached, removed
+from benchmarks.concealed.held import kept_back, reached, removed
 from benchmarks.concealed.score import score
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import Diagnosis, diagnose
@@ -112,6 +112,7 @@ def run_sealed(
         "document": kept_of(found),
         "removed": removed(case, found),
         "reached": reached(case, found),
+        "kept_back": kept_back(case, found),
         "commit": commit(),
     }
     return entry, case, given
