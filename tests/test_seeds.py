@@ -58,6 +58,13 @@ def test_the_score_counts_classes_of_near_twins_alone(
     assert "as asked 2/4 = 50.0 %" in " ".join(told.split())
     assert render.score_in(told) == told
     assert render.score_in("no marks") == "no marks"
+    (tmp_path / "later.0.jsonl").write_text(text.replace("abc", "def"), encoding="utf-8")
+    (tmp_path / "later.0.seals.jsonl").write_text(4 * "{}\n", encoding="utf-8")
+    assert "0 seals have no outcome of their own" in "\n".join(seeds.section(seeds.LATER))
+    both = " ".join(render.score_in(readme).split())
+    assert "Over 4 of the seeds 200 to 299, by one engine: as asked 2/4 = 50.0 %" in both
+    assert {e["commit"] for e in seeds.stored()} == {"abc"}
+    assert len(seeds.every()) == 8
     (tmp_path / "seeds.0.jsonl").unlink()
     assert seeds.section() == []
 

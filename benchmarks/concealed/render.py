@@ -158,7 +158,8 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         *(full(now) if now else []),
         *settled(),
         *seeds.section(),
-        *thresholds([*read(RESULTS / "earlier.jsonl"), *before], [*seeds.stored(), *now]),
+        *seeds.section(seeds.LATER),
+        *thresholds([*read(RESULTS / "earlier.jsonl"), *before], [*seeds.every(), *now]),
         *mechanisms(),
         *ten(before),
         *earlier(),
@@ -176,10 +177,10 @@ def score_in(readme: str) -> str:
     """README.md with the score over the seeds between its marks; as it is without any."""
     before, mark, rest = readme.partition(MARKS[0])
     _, end, after = rest.partition(MARKS[1])
-    entries = seeds.stored()
-    if not (mark and end and entries):
+    said = seeds.sentence()
+    if not (mark and end and said):
         return readme
-    return f"{before}{mark}\n{fill(seeds.sentence(entries), 100)}\n{end}{after}"
+    return f"{before}{mark}\n{fill(said, 100)}\n{end}{after}"
 
 
 def main() -> None:

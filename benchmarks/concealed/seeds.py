@@ -1,6 +1,7 @@
 """The score of `make blind` over its seeds: drawn and diagnosed as there, without the controls.
 
-``python -m benchmarks.concealed.seeds [--shard i/n] [--minutes M]`` goes on where it stopped.
+``python -m benchmarks.concealed.seeds [--later] [--shard i/n] [--minutes M]`` goes on where it
+stopped: with seeds 0 to 199, or with 200 to 299, which were begun when those were done.
 The plant draws one of 35 effects, a pair, nothing or a cause outside its catalogue; all effects
 compete.
 """
@@ -10,7 +11,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 from rich.progress import track
@@ -21,19 +21,24 @@ from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waitin
 from benchmarks.concealed.score import fulfilled
 from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline, overstated, removal
 
-SEEDS = 200
-STORE = RESULTS / "seeds.jsonl"
+FIRST, LATER = "seeds", "later"  # rounds, and their files' names
+SEEDS = {FIRST: range(200), LATER: range(200, 300)}
 
 
-def stored() -> list[dict[str, Any]]:
-    """Outcomes of all shards."""
-    files = sorted(p for p in RESULTS.glob("seeds*.jsonl") if "seals" not in p.name)
+def stored(part: str = FIRST) -> list[dict[str, Any]]:
+    """Outcomes of all shards of a round."""
+    files = sorted(p for p in RESULTS.glob(f"{part}*.jsonl") if "seals" not in p.name)
     return [entry for path in files for entry in read(path)]
 
 
-def section() -> list[str]:
-    """Lines of RESULTS.md."""
-    entries = stored()
+def every() -> list[dict[str, Any]]:
+    """Outcomes of all rounds."""
+    return [entry for part in SEEDS for entry in stored(part)]
+
+
+def section(part: str = FIRST) -> list[str]:
+    """Lines of RESULTS.md on a round."""
+    entries, which = stored(part), _span(part)
     if not entries:
         return []
     commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
@@ -41,13 +46,13 @@ def section() -> list[str]:
     said = Counter(f"{e['truth']['kind']} {e['outcome']}" for e in entries)
     asked, false = rates(entries)
     return [
-        "## Seeds of `make blind`",
+        f"## Seeds {which} of `make blind`",
         "",
-        f"`python -m benchmarks.concealed.seeds` at commit {commits}, seeds 0 to {SEEDS - 1}, "
-        f"{len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
+        f"`python -m benchmarks.concealed.seeds{' --later' if part == LATER else ''}` at commit "
+        f"{commits}, {len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
         "",
         f"As asked (right, or a class with the truth where a twin is near): {asked}; wrong and "
-        f"confident, or a false alarm: {false}. {unfinished(entries)} seals have no outcome of "
+        f"confident, or a false alarm: {false}. {_unfinished(part)} seals have no outcome of "
         "their own: these were ended before one, by hand for another engine or by the clock, to be "
         "begun anew.",
         "",
@@ -73,19 +78,34 @@ def rates(entries: list[dict[str, Any]]) -> tuple[str, str]:
     return rate(met, len(entries)), rate(confident, len(entries))
 
 
-def unfinished(entries: list[dict[str, Any]]) -> int:
+def _unfinished(part: str) -> int:
     """How many more seals were written than outcomes."""
-    seals = [seal for path in RESULTS.glob("seeds*.seals.jsonl") for seal in read(path)]
-    return len(seals) - len(entries)
+    seals = [seal for path in RESULTS.glob(f"{part}*.seals.jsonl") for seal in read(path)]
+    return len(seals) - len(stored(part))
 
 
-def sentence(entries: list[dict[str, Any]]) -> str:
-    """What README.md says of them."""
-    asked, false = rates(entries)
-    return (
-        f"Over {len(entries)} of its seeds 0 to {SEEDS - 1}, run in their order, faint causes "
+def _span(part: str) -> str:
+    return f"{SEEDS[part][0]} to {SEEDS[part][-1]}"
+
+
+def sentence() -> str:
+    """What README.md says of them; nothing where none was run."""
+    first, later = stored(), stored(LATER)
+    if not first:
+        return ""
+    asked, false = rates(first)
+    told = (
+        f"Over {len(first)} of its seeds {_span(FIRST)}, run in their order, faint causes "
         f"(E of 150) and pairs among them: as asked {asked}, wrong and confident or a false alarm "
         f"{false} (Wilson 95 %)."
+    )
+    if not later:
+        return told
+    asked, false = rates(later)
+    one = "one engine" if len({e["commit"] for e in later}) == 1 else "engines after those"
+    return (
+        f"{told} That was by engines of many days, mended by what they missed. Over {len(later)} "
+        f"of the seeds {_span(LATER)}, by {one}: as asked {asked}, wrong or a false alarm {false}."
     )
 
 
@@ -94,10 +114,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th seed, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
-    parser.add_argument("--out", type=Path, default=STORE)
+    parser.add_argument("--later", action="store_true", help="seeds 200 to 299")
     given, begun = parser.parse_args(), time.monotonic()
-    every = [(f"seed-{n}", {"catalogue": "full"}) for n in range(SEEDS)]
-    cases, out = waiting(every, given.shard, given.out, lambda entry: True)
+    part = LATER if given.later else FIRST
+    asked = [(f"seed-{n}", {"catalogue": "full"}) for n in SEEDS[part]]
+    cases, out = waiting(asked, given.shard, RESULTS / f"{part}.jsonl", lambda entry: True)
     for name, wanted in track(cases, description="blind seeds"):
         if time.monotonic() - begun > 60 * given.minutes:
             break
