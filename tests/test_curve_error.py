@@ -39,6 +39,17 @@ def test_the_error_is_the_share_that_the_law_leaves(missing, factor, error):
     assert curve_error(case(missing), document) == pytest.approx(error, abs=2e-3)
 
 
+@pytest.mark.parametrize(("factor", "error"), [(1.0, 0.0), (0.8, 0.2)])
+def test_a_law_of_friction_acts_against_the_motion(factor, error):
+    """What it says beyond a constant friction, which retuning holds."""
+    law = {"name": "free_form", "location": "x", "argument": "x", "acts": "friction"}
+    bound = 3.0 + factor * np.cos(2 * np.pi * KNOTS / 0.03)
+    document = {"effects": [law | {"knots": KNOTS, "values": bound}]}
+    assert curve_error(case([], -np.sign(SPEED) * FORCE), document) == pytest.approx(
+        error, abs=2e-3
+    )
+
+
 @pytest.mark.parametrize(("zero", "error"), [(True, 0.1), (False, None)])
 def test_a_constant_force_is_a_curve_where_a_zero_is_known(zero, error):
     law = {"name": "free_form", "location": "x", "argument": "x", "knots": KNOTS}

@@ -5,14 +5,19 @@ from functools import cache
 
 import numpy as np
 import pytest
-from engine_kit import machine, problem, record, rich_motion, short_motion
+from engine_kit import machine, other_motion, problem, record, rich_motion, short_motion
 
+from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.again import refined
+from corexy_fmi.engine.candidates import laws
 from corexy_fmi.engine.entries import Competition
-from corexy_fmi.engine.free_form import law_values
+from corexy_fmi.engine.free_form import LawShape, law_values
+from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.probe_laws import FINE
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import Site, sites
-from corexy_fmi.engine.spots import ACROSS, _windows, with_spot
+from corexy_fmi.engine.spots import ACROSS, _windows, best_law, with_spot
+from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import FreeForm
 
@@ -27,6 +32,49 @@ def base(bumpy):
     truth = replace(machine(), free_forms=(BUMP,) if bumpy else ())
     shown = record(truth, rich_motion(), noise=5e-6)
     return retune(bundled_layout(), machine(), problem(shown, machine(), std=5e-6).runs)
+
+
+HUMPS = FreeForm("y", "y", (-0.012, -0.008, -0.004, 0.002, 0.006, 0.01),
+                 (0.0, 0.5, 0.1, 0.1, 0.8, 0.0), "friction")  # fmt: skip
+
+
+def test_a_friction_of_any_shape_along_the_rail_is_a_law_of_its_own():
+    """Two humps of unequal height, which no catalogued spot has."""
+    shown = record(replace(machine(), free_forms=(HUMPS,)), rich_motion(), noise=5e-6)
+    fit = retune(bundled_layout(), machine(), problem(shown, machine(), std=5e-6).runs)
+    asked = [Hypothesis(law=law) for law in laws(fit.problem, fit.u)]
+    assert {(h.law.location, h.law.argument) for h in asked if h.law.acts == "friction"} == {
+        (axis, of) for axis in "xy" for of in (axis, "t")
+    }
+    found = best_law(fit, asked, map)
+    law = found.fit.problem.hypothesis.law
+    assert (law.acts, law.location, law.argument) == ("friction", "y", "y")
+    finer = refined(found.fit)
+    places = np.linspace(-0.012, 0.01, 100)
+    there = np.interp(places, finer.problem.hypothesis.law.knots, law_values(finer))
+    truth = np.interp(places, HUMPS.knots, HUMPS.values)
+    assert np.std(there - truth) < 0.3 * np.std(truth)  # a constant one is the rail's
+    (kept,) = tuned_machine(finer, "found").free_forms
+    assert kept.acts == "friction"
+
+
+@pytest.mark.long
+def test_a_rail_that_is_tight_in_two_places_is_no_one_spot():
+    """A single spot leaves something over; the law holds it, on another path too."""
+    truth = replace(machine(), free_forms=(HUMPS,))
+    train = [record(truth, rich_motion(), noise=5e-6, seed=n) for n in (1, 2)]
+    kept = record(truth, other_motion(), noise=5e-6, seed=3)
+    found = diagnose(train, [kept], machine(), jobs=2)
+    document = found.document
+    assert document["verdict"] == "unexplained"
+    (effect,) = document["effects"]
+    assert [effect[k] for k in ("location", "argument", "acts")] == ["y", "y", "friction"]
+    assert effect["description"].startswith("a Coulomb friction of y that depends on y")
+    assert document["nearest"][0]["effects"][0]["name"] == "friction_vs_position"
+    assert document["heldout"]["rms_retuned"] > 2 * 5e-6
+    assert document["heldout"]["rms_explained"] == pytest.approx(5e-6, rel=0.1)
+    (curve,) = found.evidence.laws
+    assert curve.acts == "friction"
 
 
 def alone(fit):
@@ -65,8 +113,8 @@ def test_only_a_place_on_an_axis_that_pays_is_looked_at(site):
 
 
 def test_windows_cover_the_axis():
-    wide = type("Law", (), {"location": "y", "argument": "y", "knots": (-0.1, 0.1), "scale": 1.0})
-    found = _windows(wide)
+    found = _windows(LawShape("y", "y", (-0.1, 0.1), 1.0, acts="friction"))
+    assert {w.acts for w in found} == {"friction"}
     step = 0.2 / (FINE - 1)
     assert all(np.allclose(np.diff(w.knots), step) and len(w.knots) == ACROSS for w in found)
     places = np.linspace(-0.1, 0.1, 200)

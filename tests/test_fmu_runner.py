@@ -102,11 +102,14 @@ def test_voltages_without_a_loop_are_held() -> None:
     assert found["x"][0] == pytest.approx(0.005)
 
 
-@pytest.mark.parametrize("location", ["x", "y", "motor1", "motor2"])
-@pytest.mark.parametrize("argument", ["vx", "y", "phi2", "t"])
-def test_free_form_laws_equal_the_kernel(location: str, argument: str) -> None:
-    """On every coordinate, over speed, position, angle and time."""
-    law = FreeForm(location, argument, (-0.5, 0.01, 0.2), (0.01, -0.02, 0.03))
+@pytest.mark.parametrize(
+    ("acts", "location", "argument"),
+    [("force", at, of) for at in ("x", "y", "motor1", "motor2") for of in ("vx", "y", "phi2", "t")]
+    + [("friction", "y", of) for of in "xyt"],
+)
+def test_free_form_laws_equal_the_kernel(acts: str, location: str, argument: str) -> None:
+    """On every coordinate, over speed, position, angle and time; a friction on an axis."""
+    law = FreeForm(location, argument, (-0.5, 0.01, 0.2), (0.01, -0.02, 0.03), acts)
     chosen = replace(machine("yin2018_dc"), free_forms=(law,))
     order = rectangle(chosen)
     expected = simulate(chosen, order)

@@ -25,8 +25,10 @@ from corexy_fmi.kernel.layout import (
     FREE_FORM_ARGUMENTS,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
+    FRICTION_ARGUMENTS,
     KNOTS,
     bundled_layout,
+    law_kind,
 )
 from corexy_fmi.kernel.reference import run_reference
 from corexy_fmi.machine import load_machine
@@ -114,15 +116,18 @@ def excitation_start(given, radius=5e-3):
     return np.array([a + b, a - b]) * radius / 2
 
 
-@pytest.mark.parametrize("argument", FREE_FORM_ARGUMENTS)
-@pytest.mark.parametrize("location", FREE_FORM_LOCATIONS)
-def test_free_forms_agree(location, argument):
+@pytest.mark.parametrize(
+    ("acts", "location", "argument"),
+    [("force", at, of) for at in FREE_FORM_LOCATIONS for of in FREE_FORM_ARGUMENTS]
+    + [("friction", at, of) for at in "xy" for of in FRICTION_ARGUMENTS],
+)
+def test_free_forms_agree(acts, location, argument):
     dc = location.startswith("motor")
     values = vector("yin2018_dc" if dc else "yin2018")
     width = {"v": 0.2, "x": 0.01, "y": 0.01, "p": 3.0, "t": 0.08}[argument[0]]
     knots = width * np.array([-1.0, -0.3, 0.0, 0.02, 0.5])
     first = bundled_layout().free_form + FREE_FORM_LOCATIONS.index(location) * FREE_FORM_SIZE
-    values[first : first + 2] = FREE_FORM_ARGUMENTS.index(argument), len(knots)
+    values[first : first + 2] = law_kind(acts, argument), len(knots)
     values[first + 2 : first + 2 + len(knots)] = knots
     heights = np.array([-1.0, 0.5, 0.2, 1.5, 0.7]) * (0.02 if dc else 3.0)
     values[first + 2 + KNOTS : first + 2 + KNOTS + len(knots)] = heights

@@ -111,9 +111,19 @@ def effect(name, location="x", more="parameters = {}"):
     return f"[[effects]]\nname = '{name}'\nlocation = '{location}'\n{more}"
 
 
-def free_form(knots, values, location="x", argument="vx"):
-    more = f"argument = '{argument}'\nknots = {knots}\nvalues = {values}"
+def free_form(knots, values, location="x", argument="vx", acts="force"):
+    more = f"argument = '{argument}'\nacts = '{acts}'\nknots = {knots}\nvalues = {values}"
     return effect("free_form", location, more)
+
+
+def test_a_free_form_is_a_force_or_a_friction_and_written_back(machine_file):
+    found = {}
+    for acts in ("force", "friction"):
+        machine = load_machine(machine_file(free_form([0, 1], [0.0, 2.0], "y", "y", acts)))
+        found[acts] = machine_to_toml(machine)
+        assert machine.free_forms == (FreeForm("y", "y", (0.0, 1.0), (0.0, 2.0), acts),)
+        assert load_machine(machine_file(found[acts])) == machine
+    assert "acts" not in found["force"]
 
 
 STRIBECK = "parameters = {static_ratio = 2.0, speed = 0.01}"
@@ -186,6 +196,12 @@ BAD = {
     "free form off the coordinates": (free_form([0, 1], [0, 1], "belts"), "found 'belts'"),
     "free form of a stepper's motor": (free_form([0, 1], [0, 1], "motor1"), "found 'motor1'"),
     "free form's argument": (free_form([0, 1], [0, 1], argument="v"), "nearest known: v"),
+    "friction over a speed": (free_form([0, 1], [0, 1], acts="friction"), "found 'vx'"),
+    "friction of a motor": (
+        "[machine]\ndrive = 'dc'\n" + free_form([0, 1], [0, 1], "motor1", "x", "friction"),
+        "found 'motor1'",
+    ),
+    "free form's kind": (free_form([0, 1], [0, 1], acts="fraction"), "nearest known: friction"),
     "free form's lengths": (free_form([0, 1], [0, 1, 2]), "expected 2 as knots"),
     "free form's order": (free_form([0, 0], [0, 1]), "strictly increasing"),
     "free form's numbers": (free_form([0, "true"], [0, 1]).replace("'", ""), "not TOML"),

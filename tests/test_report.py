@@ -178,6 +178,15 @@ def test_unexplained_says_where_and_how():
     assert "Where it may lie" not in usual("explained").text
 
 
+def test_a_law_of_friction_is_shown_as_friction():
+    found = make_evidence("unexplained", SMALL)
+    laws = tuple(replace(law, argument="x", acts="friction") for law in found.laws)
+    text = shown(make_document("unexplained"), replace(found, laws=laws)).text
+    assert "It shows the missing friction against the variable it depends on." in text
+    assert "Missing friction on the x axis against position" in text
+    assert "Missing force on the x axis against" not in text
+
+
 def test_nothing_missing_points_at_the_bounds():
     text = usual("nothing_missing").text
     assert "Nothing is missing: after retuning, the rest is noise." in text

@@ -59,6 +59,8 @@ def curve_error(case: Any, document: dict[str, Any]) -> float | None:
             return None
         at = slides[:, axis]
         said = np.interp(motion[law["argument"]], law["knots"], law["values"])
+        if law.get("acts") == "friction":
+            said = -said * np.sign(speed[:, axis])
         both = [_left(f[at], {k: v[at] for k, v in motion.items()}, law["location"])
                 for f in (said, force[:, axis])]  # fmt: skip
         off += float(np.sum((both[0] - both[1]) ** 2))

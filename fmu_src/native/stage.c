@@ -158,7 +158,7 @@ INLINE void move(stage *s, table *t)
     if (s->belt_hooks) find_forces(s, t);
     else t->find_forces(s); /* the same operations in the same order, in registers */
     if (s->has_torque_hooks) find_motor_torque(s);
-    if (s->has_free_form) add_free_forms(s);
+    if (s->has_free_form) add_laws(s, 0, s->force, FREE_FORMS);
     pull_along(s, t);
     if (s->has_guide_hooks) kick_guides(s, 0.5 * s->step);
     else kick_free(s, 0, 2, 0.5 * s->step);

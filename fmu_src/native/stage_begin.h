@@ -67,16 +67,19 @@ void stage_derive(stage *s)
     s->sections = t->sections;
     s->pulleys = t->coordinates - 2;
     s->kick_step = 0;
-    s->has_belt_damping = s->has_free_form = 0;
+    s->has_belt_damping = s->has_free_form = s->has_free_friction = 0;
     derive_constants(s, t);
     EACH {
         s->has_belt_damping |= s->damping_time[0][l] > 0;
-        for (int f = 0; f < FREE_FORMS; f++)
-            s->has_free_form |= s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE + 1][l] > 0;
+        for (int f = 0; f < FREE_FORMS; f++) {
+            const lane *law = &s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
+            s->has_free_form |= law[1][l] > 0;
+            s->has_free_friction |= law[1][l] > 0 && law[0][l] >= FIRST_FRICTION;
+        }
     }
     list_active(s);
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
-    s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK);
+    s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK) || s->has_free_friction;
     s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && !s->smooth && s->topology != KINEMATIC;
     s->frees_motors = 0;
     for (int i = 0; i < 2; i++)

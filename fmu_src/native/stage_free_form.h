@@ -1,12 +1,14 @@
-/* Free-form laws: piecewise linear forces on an axis or torques on a motor.  Part of stage.c. */
+/* Free-form laws: piecewise linear forces or Coulomb frictions of an axis, or torques on a motor.
+ * Part of stage.c. */
+enum { FIRST_FRICTION = ARGUMENT_T + 1 };
 
 static const lane *free_form_argument(const stage *s, int kind)
 {
     switch (kind) {
     case ARGUMENT_VX: return &s->v[0];
     case ARGUMENT_VY: return &s->v[1];
-    case ARGUMENT_X: return &s->q[0];
-    case ARGUMENT_Y: return &s->q[1];
+    case ARGUMENT_X: case FRICTION_X: return &s->q[0];
+    case ARGUMENT_Y: case FRICTION_Y: return &s->q[1];
     case ARGUMENT_PHI1: return &s->q[2];
     case ARGUMENT_PHI2: return &s->q[3];
     default: return 0; /* time */
@@ -23,16 +25,17 @@ static double interpolate(const lane *knots, const lane *values, int count, doub
         + (values[i + 1][l] - values[i][l]) * (x - knots[i][l]) / (knots[i + 1][l] - knots[i][l]);
 }
 
-static void add_free_forms(stage *s)
+/* what each law of forces, or of frictions, says is added to a coordinate's */
+static void add_laws(stage *s, int friction, lane *to, int laws)
 {
-    for (int f = 0; f < FREE_FORMS; f++) {
+    for (int f = 0; f < laws; f++) {
         const lane *p = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
         for (int l = 0; l < LANES; l++) {
             const int count = (int)p[1][l], kind = (int)p[0][l];
-            if (count < 1) continue;
+            if (count < 1 || (kind >= FIRST_FRICTION) != friction) continue;
             const lane *argument = free_form_argument(s, kind);
             const double x = argument ? (*argument)[l] : s->now;
-            s->force[f][l] += interpolate(p + 2, p + 2 + KNOTS, count, x, l);
+            to[f][l] += interpolate(p + 2, p + 2 + KNOTS, count, x, l);
         }
     }
 }

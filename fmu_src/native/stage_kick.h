@@ -22,6 +22,7 @@ static void kick_guides(stage *s, double half)
             s->middle_v[i][l] = middle_velocity(s, i, l);
             s->before[i][l] = s->v[i][l];
         }
+    if (s->has_free_friction) add_laws(s, 1, s->bound, 2);
     run_port(s, PORT_GUIDE);
     run_port(s, PORT_STICK);
     if (s->smooth) kick_axes(s, half, 1);

@@ -12,6 +12,7 @@ from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
+from corexy_fmi.machine.laws import AXES
 from corexy_fmi.topologies import knows
 
 SPEED_KNOTS = (-1.0, -0.4, -0.14, -0.05, -0.015, 0.015, 0.05, 0.14, 0.4, 1.0)  # peaks are narrow
@@ -63,12 +64,19 @@ def laws(problem: Problem, u: Array) -> list[LawShape]:
     places = {
         n: scale for n, scale in places.items() if n in machine.kind.forces and n not in taken
     }
-    return [
-        LawShape(place, name.removesuffix("_true"), _knots(name, values), scale)
-        for place, scale in places.items()
+    known = {
+        name.removesuffix("_true"): _knots(name, values)
         for name, values in ranges.items()
         if name.removesuffix("_true") in machine.kind.arguments
+    }
+    forces = [LawShape(p, a, k, scale) for p, scale in places.items() for a, k in known.items()]
+    frictions = [
+        LawShape(place, argument, known[argument], places[place], acts="friction")
+        for place in places
+        if place in AXES
+        for argument in (place, "t")
     ]
+    return forces + frictions
 
 
 def finer(law: LawShape) -> LawShape:

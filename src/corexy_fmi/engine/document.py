@@ -33,7 +33,8 @@ COORDINATE_OF = {c: c[-1] for c in ("x", "y", "vx", "vy", "ax", "ay")} | {
     f"phi{n}_meas": f"motor{n}" for n in (1, 2)
 }
 NEAREST = 3  # sets of the catalogue that an unexplained mismatch is told beside
-FREE_FORM_EQUATION = r"F = \mathrm{interp}(a;\ \mathrm{knots}, \mathrm{values})"
+INTERPOLATED = r"\mathrm{interp}(a;\ \mathrm{knots}, \mathrm{values})"
+LAW_EQUATIONS = {"force": f"F = {INTERPOLATED}", "friction": f"f = f_C + {INTERPOLATED}"}
 
 
 def _member(key: tuple[str, str]) -> dict[str, str]:
@@ -101,7 +102,7 @@ def _free_form(
         "probability": told(competition.probability[0]) if competition.entries else 0.0,
         "parameters": {},
         "alternatives": [],
-        "equation": FREE_FORM_EQUATION,
+        "equation": LAW_EQUATIONS[law.acts if law else "force"],
         "citation": "",
         "remedy": "",
         "check": "",
@@ -110,6 +111,7 @@ def _free_form(
     if law:
         values = law_values(fit).tolist()
         entry |= {"argument": law.argument, "knots": list(law.knots), "values": values}
+        entry |= {} if law.acts == "force" else {"acts": law.acts}
     return entry
 
 

@@ -49,7 +49,7 @@ class MissingForce:
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Missing force of one coordinate against the variable that it depends on."""
+    """Missing force, or friction, of one coordinate against the variable that it depends on."""
 
     coordinate: str
     argument: str  # "vx", "vy", "x", "y", "phi1", "phi2" or "t"
@@ -60,6 +60,7 @@ class Law:
     lower: Array  # (m,) [force_unit], 95 % band
     upper: Array  # (m,) [force_unit]
     source: str  # "free_form" (read off the data) or "effect" (what the named effect says)
+    acts: str = "force"  # or "friction": Coulomb friction beside that of the axis
 
 
 @dataclass(frozen=True, eq=False)

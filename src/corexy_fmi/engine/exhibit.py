@@ -82,6 +82,7 @@ def _law(fit: Fit) -> tuple[Law, ...]:
             values - spread,
             values + spread,
             "free_form",
+            law.acts,
         ),
     )
 

@@ -57,7 +57,8 @@ def within_family(competition: Competition) -> Competition:
 def _same(law: LawShape, entry: Entry) -> bool:
     """Whether a law acts where a cause by position does, and depends on what that depends on."""
     own = entry.hypothesis.uses[0]
-    return own.effect.state == "position" and law.location == law.argument == own.location
+    here = law.location == law.argument == own.location
+    return here and own.effect.state == "position" and law.acts == "force"
 
 
 def _count(entry: Entry) -> int:

@@ -11,11 +11,11 @@ import numpy as np
 from corexy_fmi.engine.unknowns import Hypothesis, Unknown
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import (
-    FREE_FORM_ARGUMENTS,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
     KNOTS,
     Layout,
+    law_kind,
 )
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ WIDE, FINITE = 30.0, 1e4  # prior and bound of a value, in its scale
 class LawShape:
     """A free-form law to be fitted: where it acts, on what it depends, and its knots.
 
-    Where it has a ``parity``, its knots lie alike on both sides of zero.
+    It ``acts`` as a force, or as a Coulomb friction beside that of an axis.  Where it has a
+    ``parity``, its knots lie alike on both sides of zero.
     """
 
     location: str
@@ -37,6 +38,7 @@ class LawShape:
     knots: tuple[float, ...]
     scale: float  # [N] or [N m]: the size that its values are expected to have
     parity: str = ""
+    acts: str = "force"
 
     @property
     def unit(self) -> str:
@@ -82,7 +84,7 @@ def _values_at(layout: Layout, law: LawShape) -> int:
 def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
     """Write a law's argument and knots into a parameter vector, its values at zero."""
     first = law_offset(layout, law)
-    vector[first : first + 2] = FREE_FORM_ARGUMENTS.index(law.argument), len(law.knots)
+    vector[first : first + 2] = law_kind(law.acts, law.argument), len(law.knots)
     vector[first + 2 : first + 2 + len(law.knots)] = law.knots
 
 

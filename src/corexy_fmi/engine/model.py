@@ -69,7 +69,7 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
     effects = tuple(EffectUse(n, loc, p) for (n, loc), p in uses.items())
     law = problem.hypothesis.law
     values = tuple(law_values(fit).tolist()) if law else ()
-    forms = (FreeForm(law.location, law.argument, law.knots, values),) if law else ()
+    forms = (FreeForm(law.location, law.argument, law.knots, values, law.acts),) if law else ()
     return replace(
         machine,
         name=name,

@@ -1,16 +1,19 @@
-"""Spots: where simple laws at an axis explain most by its place, a free-form law with narrow knots.
+"""Free-form laws whose knots are nearer: of a spot on an axis, and of what a winner leaves over.
 
 A law over a whole axis has knots too far apart for a spot on a rail, a magnet beside it or a
 dented belt's tooth.  So windows of narrow knots are tried all along the axis, and the best is
-fitted.
+fitted.  And where a catalogued winner leaves something, the best law gets twice its knots: a rail
+that is tight in several places is no one spot.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from corexy_fmi.engine.again import refined
 from corexy_fmi.engine.candidates import laws
 from corexy_fmi.engine.entries import (
     THRESHOLD,
@@ -26,9 +29,11 @@ from corexy_fmi.engine.probe_laws import FINE
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import long_fit
 from corexy_fmi.engine.site import Site, parts
+from corexy_fmi.engine.specification import leftover
 from corexy_fmi.engine.unknowns import Hypothesis
 
 ACROSS = 10  # knots of a window
+NEAR = 0.5  # share of the winner's gain from which on a law is looked at more closely
 
 
 def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -> Competition:
@@ -51,6 +56,21 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
     return ranked(base, catalogue_first([entry, *competition.entries]))
 
 
+def with_finer(competition: Competition) -> Competition:
+    """The competition with its best law at twice the knots, where a catalogued winner leaves what
+    simple functions of the motion explain, and the law gains nearly as much.
+    """
+    first, base = competition.best, competition.retuned
+    law = next((e for e in competition.entries if e.hypothesis.law), None)
+    if first is None or first.hypothesis.law or law is None or law.gain < NEAR * first.gain:
+        return competition
+    if not leftover(first.fit).matters(first.gain):
+        return competition
+    others = [e for e in competition.entries if e is not law]
+    entries = sorted([entry_of(base, refined(law.fit)), *others], key=lambda e: -e.gain)
+    return ranked(base, catalogue_first(entries))
+
+
 def best_law(base: Fit, tried: Sequence[Hypothesis], mapper: Mapper) -> Entry:
     """The law that promises most at a fit, fitted to the end."""
     lead = screen(base, list(tried), mapper)[0]
@@ -61,7 +81,4 @@ def _windows(law: LawShape) -> list[LawShape]:
     """Laws with knots as narrow as probes are, side by side along the range of a wide one."""
     step = (law.knots[-1] - law.knots[0]) / (FINE - 1)
     begins = law.knots[0] + step * np.arange(-ACROSS // 2, FINE - ACROSS // 2, 2)
-    return [
-        LawShape(law.location, law.argument, tuple(b + step * np.arange(ACROSS)), law.scale)
-        for b in begins
-    ]
+    return [replace(law, knots=tuple((b + step * np.arange(ACROSS)).tolist())) for b in begins]

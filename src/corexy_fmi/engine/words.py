@@ -31,7 +31,8 @@ def _law(fit: Fit, verdict: Verdict) -> str:
         return f"no catalogued effect and no law explains the mismatch: {verdict.reason}"
     values = law_values(fit)
     size, odd = (values.max() - values.min()) / 2, f", {law.parity}" if law.parity else ""
-    where = f"a force on {law.location} that depends on {law.argument}{odd}"
+    what = "a force on" if law.acts == "force" else "a Coulomb friction of"
+    where = f"{what} {law.location} that depends on {law.argument}{odd}"
     return f"{where}, +-{size:.3g} {law.unit} over the range seen"
 
 

@@ -24,6 +24,7 @@ from corexy_fmi.kernel.layout import (
     FREE_FORM_ARGUMENTS,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
+    FRICTION_ARGUMENTS,
     KNOTS,
     Instance,
     Layout,
@@ -120,8 +121,9 @@ def _meaning(instance: Instance, parameter: Parameter) -> str:
 def _free_form(location: str, first: int) -> Iterator[Variable]:
     """A law's argument, the number of its knots, the knots and their values."""
     name, kind = f"effects.free_form.{location}", "FreeFormArgument"
-    unit = "N m" if location.startswith("motor") else "N"
-    last = len(FREE_FORM_ARGUMENTS)
+    rotor = location.startswith("motor")
+    unit = "N m" if rotor else "N"
+    last = len(FREE_FORM_ARGUMENTS) + (0 if rotor else len(FRICTION_ARGUMENTS))
     text = "what the force depends on", "knots in use (0: no effect)"
     yield Variable(f"{name}.argument", text[0], "parameter", first, kind, lower=1, upper=last)
     yield Variable(

@@ -80,6 +80,7 @@ def _effect_text(use: EffectUse) -> str:
 
 def _free_form_text(law: FreeForm) -> str:
     head = {"name": FREE_FORM, "location": law.location, "argument": law.argument}
+    head |= {} if law.acts == "force" else {"acts": law.acts}
     numbers = {"knots": list(map(float, law.knots)), "values": list(map(float, law.values))}
     return f"[[effects]]\n{tomli_w.dumps(head | numbers)}"
 

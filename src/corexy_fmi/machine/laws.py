@@ -13,7 +13,8 @@ from corexy_fmi.machine.values import choice, number, refuse_unknown, table
 from corexy_fmi.nearest import nearest
 from corexy_fmi.topologies import TOPOLOGIES, knows
 
-ARGUMENTS = ("vx", "vy", "x", "y", "phi1", "phi2", "t")
+ARGUMENTS = {"force": ("vx", "vy", "x", "y", "phi1", "phi2", "t"), "friction": ("x", "y", "t")}
+AXES = ("x", "y")
 COORDINATES = {"stepper": ("x", "y"), "dc": ("x", "y", "motor1", "motor2")}
 LARGEST_KNOT, LARGEST_VALUE = 1e9, 1e6
 MOST_KNOTS = 24
@@ -122,7 +123,8 @@ def _refuse_repeated(places: list[tuple[str, str]], where: str) -> None:
 def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) -> FreeForm:
     """A law given by its knots."""
     where = f"{where} {FREE_FORM}"
-    refuse_unknown(entry, ("name", "location", "argument", "knots", "values"), where, "key")
+    keys = ("name", "location", "argument", "acts", "knots", "values")
+    refuse_unknown(entry, keys, where, "key")
     if fidelity == "kinematic":
         raise InputError(
             f"{where}: unknown to fidelity 'kinematic', expected 'full', 'reduced' or 'condensed'"
@@ -130,8 +132,11 @@ def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) 
     coordinates = COORDINATES[drive]
     if fidelity in TOPOLOGIES:
         coordinates = TOPOLOGIES[fidelity].forces
+    acts = choice(entry.get("acts", "force"), tuple(ARGUMENTS), f"{where}.acts")
+    if acts == "friction":
+        coordinates = tuple(name for name in coordinates if name in AXES)
     location = choice(_required(entry, "location", where), coordinates, f"{where}.location")
-    argument = choice(_required(entry, "argument", where), ARGUMENTS, f"{where}.argument")
+    argument = choice(_required(entry, "argument", where), ARGUMENTS[acts], f"{where}.argument")
     knots = _numbers(_required(entry, "knots", where), LARGEST_KNOT, f"{where}.knots")
     values = _numbers(_required(entry, "values", where), LARGEST_VALUE, f"{where}.values")
     if len(values) != len(knots):
@@ -140,7 +145,7 @@ def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) 
         )
     if any(after <= before for before, after in pairwise(knots)):
         raise InputError(f"{where}.knots: not increasing, expected strictly increasing knots")
-    return FreeForm(location, argument, knots, values)
+    return FreeForm(location, argument, knots, values, acts)
 
 
 def _numbers(entry: Any, largest: float, where: str) -> tuple[float, ...]:

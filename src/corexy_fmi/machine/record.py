@@ -41,12 +41,16 @@ class EffectUse:
 
 @dataclass(frozen=True)
 class FreeForm:
-    """A law without a name: values [N or N m] over knots of the argument, linear between them."""
+    """A law without a name: values [N or N m] over knots of the argument, linear between them.
+
+    It ``acts`` as a force, or as a Coulomb friction [N] beside that of an axis.
+    """
 
     location: str
     argument: str
     knots: tuple[float, ...]
     values: tuple[float, ...]
+    acts: str = "force"
 
 
 @dataclass(frozen=True)

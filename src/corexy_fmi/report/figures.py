@@ -67,12 +67,13 @@ def force_figure(force: MissingForce, spans: Spans, key: str) -> Markup:
 
 
 def law_figure(laws: Sequence[Law], key: str) -> Markup:
-    """Missing force against the variable that it depends on: read off the data, and as named."""
+    """Missing force or friction against its variable: read off the data, and as named."""
     along, along_unit = axis_scale([law.grid for law in laws], laws[0].argument_unit)
     scale, unit = axis_scale(
         [a for w in laws for a in (w.value, w.lower, w.upper)], laws[0].force_unit
     )
-    with drawing(key, "Missing force against the variable it depends on", 430, 260) as made:
+    what = f"missing {laws[0].acts}"
+    with drawing(key, f"{what.capitalize()} against the variable it depends on", 430, 260) as made:
         made.axes.axhline(0, color=INK["rule"], linewidth=1)
         for law in laws:
             colour = INK["explained" if law.source == "effect" else "measured"]
@@ -80,7 +81,7 @@ def law_figure(laws: Sequence[Law], key: str) -> Markup:
             made.axes.fill_between(grid, *band, color=colour, alpha=0.16, linewidth=0)
             made.axes.plot(grid, law.value * scale, color=colour)
         argument = ARGUMENTS.get(laws[0].argument, "argument")
-        _labels(made.axes, f"{argument} [{along_unit}]", f"missing force [{unit}]")
+        _labels(made.axes, f"{argument} [{along_unit}]", f"{what} [{unit}]")
     return made.svg
 
 

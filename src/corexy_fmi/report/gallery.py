@@ -142,13 +142,14 @@ def _hang_forces(gallery: Gallery) -> None:
         where = f"{place(force.coordinate)}, {force.recording}"
         caption = f"Missing force {where}; inside the band it is noise."
         gallery.times.append(Picture(svg, caption, (("retuned", "missing force"),)))
-    groups: dict[tuple[str, str], list[Law]] = {}
+    groups: dict[tuple[str, str, str], list[Law]] = {}
     for law in gallery.evidence.laws:
-        groups.setdefault((law.coordinate, law.argument), []).append(law)
-    for i, ((coordinate, argument), laws) in enumerate(list(groups.items())[:MOST]):
+        groups.setdefault((law.coordinate, law.argument, law.acts), []).append(law)
+    for i, ((coordinate, argument, _), laws) in enumerate(list(groups.items())[:MOST]):
         legend = tuple(_law_legend(law, gallery.document) for law in laws)
         against = ARGUMENTS.get(argument, argument)
-        caption = f"Missing force {place(coordinate)} against {against}, with its 95 % band."
+        what = f"Missing {laws[0].acts}"
+        caption = f"{what} {place(coordinate)} against {against}, with its 95 % band."
         gallery.laws.append(Picture(figures.law_figure(laws, f"law{i}"), caption, legend))
 
 

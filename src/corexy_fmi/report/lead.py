@@ -104,12 +104,13 @@ def _unexplained(document: Document, evidence: Evidence) -> Lead:
         said.insert(
             0, f"The mismatch goes {shows}." if shows.startswith("with") else f"It shows {shows}."
         )
+    missing = f"the missing {evidence.laws[0].acts if evidence.laws else 'force'}"
     law = Action(
         "Read the law below",
-        "It shows the missing force against the variable it depends on. "
+        f"It shows {missing} against the variable it depends on. "
         "If you recognise its shape, describe it as an effect and diagnose again.",
     )
-    corner = _corner_sentence(_worth_telling(evidence.corner), "the missing force")
+    corner = _corner_sentence(_worth_telling(evidence.corner), missing)
     actions = (*_next_experiment(document), law) if evidence.laws else _next_experiment(document)
     return Lead(
         "Unexplained", headline, (*filter(None, said), *corner, *_gain_sentence(document)), actions
