@@ -72,7 +72,7 @@ void stage_derive(stage *s)
     EACH {
         s->has_belt_damping |= s->damping_time[0][l] > 0;
         for (int f = 0; f < FREE_FORMS; f++) {
-            const lane *law = &s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
+            const lane *law = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
             s->has_free_form |= law[1][l] > 0;
             s->has_free_friction |= law[1][l] > 0 && law[0][l] >= FIRST_FRICTION;
         }
