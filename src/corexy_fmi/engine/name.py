@@ -32,6 +32,7 @@ from corexy_fmi.engine.entries import (
     without_idle,
 )
 from corexy_fmi.engine.fit import Fit, Mapper
+from corexy_fmi.engine.one_noise import under_one_noise
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.resolution import at_resolution
@@ -137,6 +138,6 @@ def compete(
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
-    base, entries = matched(base, entries)
+    base, entries = under_one_noise(*matched(base, entries), mapper)
     entries = _told_by_parity(catalogue_first(_against_sets(without_idle(entries))))
     return ranked(base, entries)

@@ -20,7 +20,7 @@ from corexy_fmi.kernel.call import Array
 
 SHARP = 0.02  # share of the highest speed over which a direction turns
 INDEPENDENT = 1e-4  # share of its own size that a function keeps after the projection
-SURE, SHARE, LEAST = 5.25, 0.02, 25.0  # standard deviations; of the winner's gain; [nats]
+SURE, SHARE, LEAST = 5.25, 0.04, 25.0  # standard deviations; of the winner's gain; [nats]
 
 
 STATES = {
