@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
+from engine_kit import fitted, machine, problem, record, rich_motion
 
-from corexy_fmi.engine.predict import _laplace
+from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.predict import _laplace, carried, predictive_cost
 from corexy_fmi.engine.problem import Problem
+from corexy_fmi.engine.samples import make_run
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.machine import EffectUse
+from corexy_fmi.recording import Recording
 
 RNG = np.random.default_rng(5)
 SHARED, OWN, SAMPLES = 3, 2, 40
@@ -22,7 +29,12 @@ class Linear:
     slopes: np.ndarray
     seen: np.ndarray
     bend: float = 0.0
-    unknowns: tuple[int, ...] = tuple(range(SHARED))
+    own: tuple[int, ...] = ()  # unknowns that belong to the run alone
+
+    @property
+    def unknowns(self) -> list[SimpleNamespace]:
+        """Those that runs share, and those that belong to this one."""
+        return [SimpleNamespace(run=0 if k in self.own else None) for k in range(SHARED)]
 
     @property
     def size(self) -> int:
@@ -60,7 +72,7 @@ def model(bend: float = 0.0) -> tuple[Linear, np.ndarray, np.ndarray]:
 
 def cost(linear: Linear, begin: np.ndarray, precision: np.ndarray) -> float:
     """By the engine."""
-    return _laplace(cast(Problem, linear), begin, precision)
+    return _laplace(cast(Problem, linear), begin, precision)[0]
 
 
 def exact(linear: Linear, begin: np.ndarray, precision: np.ndarray) -> float:
@@ -74,6 +86,53 @@ def test_a_linear_model_has_the_closed_form() -> None:
     """Gaussian parameters and noise."""
     given = model()
     assert cost(*given) == pytest.approx(exact(*given), rel=1e-9)
+
+
+def test_what_belongs_to_the_run_alone_is_not_paid_for() -> None:
+    """As good as if its directions had never been measured."""
+    linear, begin, precision = model()
+    linear.own, k = (1,), 1
+    precision[k] = precision[:, k] = 0.0
+    precision[k, k] = 1e-9  # nothing is known of it
+    across = linear.slopes[:, k] / np.linalg.norm(linear.slopes[:, k])
+    slopes = np.delete(linear.slopes - np.outer(across, across @ linear.slopes), k, axis=1)
+    seen = linear.seen - across * (across @ linear.seen)
+    known = np.delete(np.delete(precision, k, axis=0), k, axis=1)
+    apart = exact(Linear(slopes, seen), np.delete(begin, k), known)
+    assert cost(linear, begin, precision) == pytest.approx(apart, abs=1e-4)
+
+
+FAN = ("periodic_disturbance", "x")
+
+
+def blown(phase: float, seed: int, force: float = 0.8) -> Recording:
+    """A recording with a fan in it, at 7 Hz."""
+    use = EffectUse(*FAN, {"amplitude": force, "frequency": 7.0, "phase": phase})
+    return record(replace(machine(), effects=(use,)), rich_motion(), f"run{seed}.csv", seed=seed)
+
+
+@pytest.mark.parametrize("phase", [0.9, 2.4, -2.0])
+def test_a_wave_is_found_in_the_recording_kept_back_by_its_own_phase(phase: float) -> None:
+    """It must be there: where it is not, the data kept back speak against it."""
+    first = problem(blown(0.3, 1), machine(), [FAN])
+    began = dict.fromkeys(first.keys, 0.0)
+    found = {"amplitude": 0.8, "frequency": 7.0, "phase@run1.csv": 0.3}
+    for unknown in first.unknowns:
+        name = unknown.key.rpartition(".")[2]
+        name = unknown.key.removeprefix(".".join(FAN) + ".") if "@" in unknown.key else name
+        began[unknown.key] = unknown.internal(found[name]) if name in found else 0.0
+    fit = minimise(first, np.array(list(began.values())), 15)
+    retuned = fitted(replace(first, hypothesis=Hypothesis()))
+    gains = []
+    for there in (blown(phase, 2), blown(phase, 2, 0.0)):
+        run = make_run(there, machine(), "holdout")
+        pair = [predictive_cost(f, run, first.noise[0]) for f in (retuned, fit)]
+        gains.append(pair[0] - pair[1])
+    assert gains[0] > 100
+    assert gains[1] < -20
+    there = carried(fit, make_run(blown(phase, 2), machine(), "holdout"), first.noise[0])
+    assert np.cos(there.value(".".join(FAN) + ".phase@run2.csv") - phase) > 0.99
+    assert there.value(".".join(FAN) + ".amplitude") == fit.value(".".join(FAN) + ".amplitude")
 
 
 def test_unknowns_of_the_run_begin_where_they_were_fitted() -> None:

@@ -14,12 +14,13 @@ from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.local import is_local, last_parts
 from corexy_fmi.engine.louder import loudest
 from corexy_fmi.engine.model import tuned_machine
+from corexy_fmi.engine.predict import carried
 from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
 from corexy_fmi.engine.quiet import LOUDER
 from corexy_fmi.engine.repeats import repeating
 from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rest import restless
-from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.samples import LONG, Run
 from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import leftover
 from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced
@@ -103,9 +104,24 @@ def _prove(
         for r, run in enumerate(f.problem.runs)
     }
     shown = whole if whole and not is_local(fit) else train
-    judged = (*shown, *(r for r in late.kept if r.role == "holdout"))
-    fits = {} if is_local(fit) else {"retuned": retuned, "explained": fit}
-    return prove(layout, machines, judged, train, fit.problem.noise, own, late.before, fits)
+    parts = [r for r in late.kept if not is_local(fit) or r.name in late.before]
+    parts = [r for r in parts if r.role == "holdout"]
+    abroad = _abroad(fit, runs)
+    for run in abroad:
+        there = carried(fit, run, channel_noise(train, fit.problem.noise, run))
+        own["explained", "holdout", run.name] = tuned_machine(there, machine.name)
+    fits = {"retuned": retuned, "explained": fit}
+    shown = (*shown, *parts, *abroad)
+    return prove(layout, machines, shown, train, fit.problem.noise, own, late.before, fits)
+
+
+def _abroad(fit: Fit, runs: Sequence[Run]) -> list[Run]:
+    """The recordings kept back that a fit with parameters of single recordings is carried to."""
+    if not is_local(fit):
+        return []
+    train = {run.name for run in fit.problem.runs}
+    runs = [judged(run, fit.problem.runs) for run in runs if run.name not in train]
+    return [run for run in runs if len(run.excitation.time) <= LONG]
 
 
 def _guarded(

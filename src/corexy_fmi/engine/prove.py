@@ -179,6 +179,8 @@ def prove(
         (state, r): predictive_cost(fit, run, models[r], replays[state][r].fit)
         for state, fit in (fits or {}).items()
         for r, run in enumerate(runs)
-        if run.role == "holdout" and len(run.excitation.time) <= LONG
+        if run.role == "holdout"
+        and run.name not in (before or {})
+        and len(run.excitation.time) <= LONG
     }
     return Proof(runs, replays, std, foretold)
