@@ -32,8 +32,6 @@ LIMITS = """\
   the same force. The recorded voltage would tell; it was not shown.
 - Which friction is left out beside the constant force: a free-form law of the speed explains more
   than any named set, and no catalogued effect has its shape (an asymmetry that grows with speed).
-- The sets that it tells as nearest hold a weak sine at about a third of a hertz (below 2 N, a
-  hundredth of the pulses). It is not named: it explains less than the law, and may be the motion's.
 - The moving mass comes out below the published one, whose authors identify it from force and
   acceleration; delays inside the real loop are not modelled here.
 - Both recordings follow one reference: the gain on the second is repeatability, not a new path.

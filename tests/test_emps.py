@@ -8,6 +8,7 @@ from scipy.io import loadmat
 
 from benchmarks import emps
 from benchmarks.outcome import RESULTS
+from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.candidates import hypotheses
 from corexy_fmi.engine.edges import edges
 from corexy_fmi.engine.given import make_runs
@@ -53,6 +54,22 @@ def test_the_pulses_are_found_where_they_were_logged():
     (pulses,) = pulse_fits(fit, hypotheses(fit.problem, fit.u), map)
     force = 1.01 * 5 * float(logged["gtau"].item())
     assert pulses.value("periodic_disturbance.x.amplitude") == pytest.approx(force, rel=0.1)
+
+
+@pytest.mark.long
+@real
+def test_the_diagnosis_names_the_pulses_alone():
+    """The untouched recording first, whose nearest set is the machine of the other."""
+    document = diagnose([recording("DATA_EMPS")], [], load_machine("emps"), jobs=2).document
+    assert document["verdict"] == "unexplained"
+    machine = emps.fitted(document)
+    assert machine.parameters["coulomb_friction"] == pytest.approx(20.39, rel=0.1)
+    document = diagnose([recording("DATA_EMPS_PULSES")], [], machine, jobs=2).document
+    assert document["verdict"] == "explained"
+    (effect,) = document["effects"]
+    assert (effect["name"], effect["location"]) == ("periodic_disturbance", "x")
+    force = 1.01 * 5 * float(loadmat(emps.DATA / "DATA_EMPS_PULSES.mat")["gtau"].item())
+    assert effect["parameters"]["amplitude"]["value"] == pytest.approx(force, rel=0.02)
 
 
 @real
