@@ -104,24 +104,27 @@ def _prove(
         for r, run in enumerate(f.problem.runs)
     }
     shown = whole if whole and not is_local(fit) else train
-    parts = [r for r in late.kept if not is_local(fit) or r.name in late.before]
-    parts = [r for r in parts if r.role == "holdout"]
-    abroad = _abroad(fit, runs)
-    for run in abroad:
-        there = carried(fit, run, channel_noise(train, fit.problem.noise, run))
-        own["explained", "holdout", run.name] = tuned_machine(there, machine.name)
+    late_parts = (r for r in late.kept if r.role == "holdout")
+    parts = [r for r in late_parts if not is_local(fit) or r.name in late.before]
+    abroad = _abroad(fit, runs) if is_local(fit) else []
+    own |= {("explained", "holdout", run.name): found for run, found in abroad}
     fits = {"retuned": retuned, "explained": fit}
-    shown = (*shown, *parts, *abroad)
+    shown = (*shown, *parts, *(run for run, _ in abroad))
     return prove(layout, machines, shown, train, fit.problem.noise, own, late.before, fits)
 
 
-def _abroad(fit: Fit, runs: Sequence[Run]) -> list[Run]:
-    """The recordings kept back that a fit with parameters of single recordings is carried to."""
-    if not is_local(fit):
-        return []
-    train = {run.name for run in fit.problem.runs}
-    runs = [judged(run, fit.problem.runs) for run in runs if run.name not in train]
-    return [run for run in runs if len(run.excitation.time) <= LONG]
+def _abroad(fit: Fit, runs: Sequence[Run]) -> list[tuple[Run, Machine]]:
+    """The recordings kept back with the machine of a fit with parameters of single recordings on
+    each; not those above `LONG` rows.
+    """
+    train, noise, name = fit.problem.runs, fit.problem.noise, fit.problem.machine.name
+    known = {run.name for run in train}
+    others = [judged(run, train) for run in runs if run.name not in known]
+    return [
+        (run, tuned_machine(carried(fit, run, channel_noise(train, noise, run)), name))
+        for run in others
+        if len(run.excitation.time) <= LONG
+    ]
 
 
 def _guarded(

@@ -30,6 +30,7 @@ from corexy_fmi.kernel.call import Array
 LEAST = 1e-9  # precision of what nothing is known of
 ROUNDS = 6  # iterations from the fit, more where the ground is rough
 PHASES = 8  # of a wave, from which its phase in one recording begins
+TOGETHER = 32  # starts in memory at once
 
 
 def predictive_cost(fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit | None = None) -> float:
@@ -77,7 +78,9 @@ def _begun(problem: Problem, u: Array) -> Array:
         start[list(own)] = [
             problem.unknowns[k].internal(v) for k, v in zip(own, values, strict=True)
         ]
-    return np.asarray(starts[int(np.argmin(costs(problem.residual(starts))))])
+    parts = np.split(starts, range(TOGETHER, len(starts), TOGETHER))
+    tried = np.concatenate([costs(problem.residual(part)) for part in parts])
+    return np.asarray(starts[int(np.argmin(tried))])
 
 
 def _values(parameter: Parameter, time: Array) -> list[float]:
