@@ -71,6 +71,13 @@ def test_no_probability_is_above_what_sure_causes_turned_out_to_be():
     assert every.share(("other", "x")) == 0.0
 
 
+@pytest.mark.parametrize(("weak", "word"), [(False, "explained"), (True, "ambiguous")])
+def test_a_silent_end_of_the_same_recording_confirms_nothing(weak, word):
+    found = decide(competition(SURELY, 70.0), proof(0.3, contrasts=(0.8,)), weak)
+    assert found.word == word
+    assert found.classes == ((found.entry.hypothesis.key, ()),) * weak
+
+
 def test_an_effect_that_gains_nothing_on_mute_data_stands_beside_retuned_parameters():
     found = decide(competition(SURELY, 70.0), proof(-0.3, contrasts=(0.8,)))
     assert found.classes == (((("first", "x"),), ()),)

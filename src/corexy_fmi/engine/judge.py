@@ -48,7 +48,7 @@ def judge(
     first = decide(competition, None)
     fit = _final(competition, first)
     proof = _prove(layout, machine, competition, fit, kept, whole)
-    verdict = decide(competition, proof)
+    verdict = decide(competition, proof, weak)
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept, whole)

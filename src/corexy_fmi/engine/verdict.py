@@ -96,8 +96,10 @@ def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str]
     return (best.hypothesis.key, *near)
 
 
-def decide(competition: Competition, proof: Proof | None) -> Verdict:
-    """The verdict of a competition; held-out data may lower it, never choose."""
+def decide(competition: Competition, proof: Proof | None, weak: bool = False) -> Verdict:
+    """The verdict of a competition; held-out data may lower it, never choose.  ``weak``: they are
+    the last parts of what was fitted.
+    """
     best = competition.best
     if best is None:
         return _nothing_or_retuned(competition)
@@ -106,7 +108,7 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
         return Verdict("unexplained", best)
     chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
     if not agrees and proof is not None and chance >= SURE and mute(proof):
-        return _unseen(best, proof)
+        return _unseen(best, proof, weak)
     if not agrees and not (chance < SURE and _undisputed(best, proof)):
         return _refuted(best)
     if chance >= SURE:
@@ -114,13 +116,14 @@ def decide(competition: Competition, proof: Proof | None) -> Verdict:
     return Verdict("ambiguous", best, (rivals(competition, best),))
 
 
-def _unseen(best: Entry, proof: Proof) -> Verdict:
+def _unseen(best: Entry, proof: Proof, weak: bool) -> Verdict:
     """The recordings kept back cannot judge a sure cause: it stands if all of them gain, if only by
     chance; else beside retuned parameters, for a gain on every recording is asked (CONTRACT 4).
+    Silent last parts of the same recordings confirm nothing.
     """
     if best.gain <= WEAK_GAIN:
         return _refuted(best)
-    if all(gain > 0 for gain in proof.gains("holdout")):
+    if not weak and all(gain > 0 for gain in proof.gains("holdout")):
         return Verdict("explained", best)
     return Verdict("ambiguous", best, ((best.hypothesis.key, ()),))
 
