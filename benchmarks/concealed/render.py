@@ -103,9 +103,8 @@ def full(entries: list[Entry]) -> list[str]:
         "of its own at the pulleys, as the plant has it; both were made on seeds of `make blind`.",
         "",
         *tables(entries, "full", FULL_AIMS),
-        "The cases are not balanced: one of the two shards stood at belt_relaxation-1, which the "
-        "plant could not draw (a fit of its own began at a model that broke down; mended since), "
-        "while the other went on.",
+        "The two shards did not go on alike: one stood at belt_relaxation-1 for a while, which the "
+        "plant could not draw (a fit of its own began at a model that broke down; mended since).",
         "",
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
