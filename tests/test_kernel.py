@@ -22,13 +22,11 @@ from kernel_helpers import (
 from corexy_fmi.effects import catalogue
 from corexy_fmi.kernel.call import Excitation, run_lanes
 from corexy_fmi.kernel.layout import (
-    FREE_FORM_ARGUMENTS,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
-    FRICTION_ARGUMENTS,
     KNOTS,
+    LAW_KINDS,
     bundled_layout,
-    law_kind,
 )
 from corexy_fmi.kernel.reference import run_reference
 from corexy_fmi.machine import load_machine
@@ -118,8 +116,12 @@ def excitation_start(given, radius=5e-3):
 
 @pytest.mark.parametrize(
     ("acts", "location", "argument"),
-    [("force", at, of) for at in FREE_FORM_LOCATIONS for of in FREE_FORM_ARGUMENTS]
-    + [("friction", at, of) for at in "xy" for of in FRICTION_ARGUMENTS],
+    [
+        (acts, at, of)
+        for at in FREE_FORM_LOCATIONS
+        for acts, of in LAW_KINDS
+        if acts == "force" or at in "xy"
+    ],
 )
 def test_free_forms_agree(acts, location, argument):
     dc = location.startswith("motor")
@@ -127,7 +129,7 @@ def test_free_forms_agree(acts, location, argument):
     width = {"v": 0.2, "x": 0.01, "y": 0.01, "p": 3.0, "t": 0.08}[argument[0]]
     knots = width * np.array([-1.0, -0.3, 0.0, 0.02, 0.5])
     first = bundled_layout().free_form + FREE_FORM_LOCATIONS.index(location) * FREE_FORM_SIZE
-    values[first : first + 2] = law_kind(acts, argument), len(knots)
+    values[first : first + 2] = LAW_KINDS.index((acts, argument)), len(knots)
     values[first + 2 : first + 2 + len(knots)] = knots
     heights = np.array([-1.0, 0.5, 0.2, 1.5, 0.7]) * (0.02 if dc else 3.0)
     values[first + 2 + KNOTS : first + 2 + KNOTS + len(knots)] = heights

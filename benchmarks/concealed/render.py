@@ -89,6 +89,11 @@ def tables(entries: list[Entry], stem: str, aims: tuple[str, ...], hidden: str =
     ]
 
 
+def shards() -> list[str]:
+    """How many cases each shard of the run with all effects has."""
+    return [str(len(read(RESULTS / f"full.{k}.jsonl"))) for k in range(2)]
+
+
 def full(entries: list[Entry]) -> list[str]:
     """The proof over all 35 effects, as far as it was run."""
     once = ONCE if len({e["commit"] for e in entries}) > 1 else ""
@@ -103,8 +108,9 @@ def full(entries: list[Entry]) -> list[str]:
         "of its own at the pulleys, as the plant has it; both were made on seeds of `make blind`.",
         "",
         *tables(entries, "full", FULL_AIMS),
-        "The two shards did not go on alike: one stood at belt_relaxation-1 for a while, which the "
-        "plant could not draw (a fit of its own began at a model that broke down; mended since).",
+        f"The two shards did not go on alike ({' and '.join(shards())} cases): one stood at "
+        "belt_relaxation-1 for a while, which the plant could not draw (a fit of its own began at "
+        "a model that broke down; mended since), and later ones were run on that one alone.",
         "",
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "

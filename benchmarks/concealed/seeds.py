@@ -52,9 +52,9 @@ def section(part: str = FIRST) -> list[str]:
         f"{commits}, {len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
         "",
         f"As asked (right, or a class with the truth where a twin is near): {asked}; wrong and "
-        f"confident, or a false alarm: {false}. {_unfinished(part)} seals have no outcome of "
-        "their own: these were ended before one, by hand for another engine or by the clock, to be "
-        "begun anew.",
+        f"confident, or a false alarm: {false}. Seals without an outcome of their own, ended "
+        "before one by hand for another engine or by the clock, to be begun anew: "
+        f"{_unfinished(part)}.",
         "",
         "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
         "",

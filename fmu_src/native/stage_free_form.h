@@ -1,16 +1,16 @@
 /* Free-form laws: piecewise linear forces or Coulomb frictions of an axis, or torques on a motor.
  * Part of stage.c. */
-enum { FIRST_FRICTION = ARGUMENT_T + 1 };
+enum { FIRST_FRICTION = FORCE_OVER_T + 1 };
 
 static const lane *free_form_argument(const stage *s, int kind)
 {
     switch (kind) {
-    case ARGUMENT_VX: return &s->v[0];
-    case ARGUMENT_VY: return &s->v[1];
-    case ARGUMENT_X: case FRICTION_X: return &s->q[0];
-    case ARGUMENT_Y: case FRICTION_Y: return &s->q[1];
-    case ARGUMENT_PHI1: return &s->q[2];
-    case ARGUMENT_PHI2: return &s->q[3];
+    case FORCE_OVER_VX: return &s->v[0];
+    case FORCE_OVER_VY: return &s->v[1];
+    case FORCE_OVER_X: case FRICTION_OVER_X: return &s->q[0];
+    case FORCE_OVER_Y: case FRICTION_OVER_Y: return &s->q[1];
+    case FORCE_OVER_PHI1: return &s->q[2];
+    case FORCE_OVER_PHI2: return &s->q[3];
     default: return 0; /* time */
     }
 }

@@ -14,8 +14,8 @@ from corexy_fmi.kernel.layout import (
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
     KNOTS,
+    LAW_KINDS,
     Layout,
-    law_kind,
 )
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def _values_at(layout: Layout, law: LawShape) -> int:
 def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
     """Write a law's argument and knots into a parameter vector, its values at zero."""
     first = law_offset(layout, law)
-    vector[first : first + 2] = law_kind(law.acts, law.argument), len(law.knots)
+    vector[first : first + 2] = LAW_KINDS.index((law.acts, law.argument)), len(law.knots)
     vector[first + 2 : first + 2 + len(law.knots)] = law.knots
 
 

@@ -24,9 +24,9 @@ def under_one_noise(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fi
     """
     least = max(entries[0].gain - CLOSE, THRESHOLD) if entries else 0.0
     near = [e.fit for e in entries if e.gain > least]
-    quiet = min(near, key=_size, default=base)
-    if not near or max(map(_size, near)) < LOUDER * _size(quiet):
+    if len(near) < 2 or max(map(_size, near)) < LOUDER * min(map(_size, near)):
         return base, entries
+    quiet = min(near, key=_size)
     noise = quiet.problem.noise
 
     def again(fit: Fit) -> Fit:

@@ -99,7 +99,8 @@ def _machine_text(machine: Machine) -> str:
     label = f" {escape(machine.surrogate)}." if machine.surrogate else ""
     found = [f"{use.name} at {use.location}" for use in machine.effects]
     found += [
-        f"a free-form law at {law.location} over {law.argument}" for law in machine.free_forms
+        f"a free-form {law.acts} at {law.location} over {law.argument}"
+        for law in machine.free_forms
     ]
     text = f"Effects: {escape(', '.join(found))}." if found else "Every effect is neutral."
     return (

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from corexy_fmi.kernel.call import OUTPUTS
-from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, FRICTION_ARGUMENTS
+from corexy_fmi.kernel.layout import LAW_KINDS
 from corexy_fmi.topology import STAGES
 
 ENUMERATIONS = {
@@ -25,8 +25,10 @@ ENUMERATIONS = {
         "hold": "stands still during a step and jumps where it is set again",
         "ramp": "goes from where the last step ended to the angle that is set, until the step ends",
     },
-    "FreeFormArgument": {name: f"over {name}" for name in FREE_FORM_ARGUMENTS}
-    | {f"friction_{name}": f"Coulomb friction over {name}" for name in FRICTION_ARGUMENTS},
+    "FreeFormArgument": {
+        name if acts == "force" else f"{acts}_{name}": f"{acts} over {name}"
+        for acts, name in LAW_KINDS
+    },
 }
 
 

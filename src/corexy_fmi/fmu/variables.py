@@ -21,11 +21,10 @@ from corexy_fmi.fmu.variable import (
     output_variables,
 )
 from corexy_fmi.kernel.layout import (
-    FREE_FORM_ARGUMENTS,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
-    FRICTION_ARGUMENTS,
     KNOTS,
+    LAW_KINDS,
     Instance,
     Layout,
 )
@@ -123,15 +122,15 @@ def _free_form(location: str, first: int) -> Iterator[Variable]:
     name, kind = f"effects.free_form.{location}", "FreeFormArgument"
     rotor = location.startswith("motor")
     unit = "N m" if rotor else "N"
-    last = len(FREE_FORM_ARGUMENTS) + (0 if rotor else len(FRICTION_ARGUMENTS))
-    text = "what the force depends on", "knots in use (0: no effect)"
+    last = sum(acts == "force" or not rotor for acts, _ in LAW_KINDS)
+    text = "what the force or friction depends on", "knots in use (0: no effect)"
     yield Variable(f"{name}.argument", text[0], "parameter", first, kind, lower=1, upper=last)
     yield Variable(
         f"{name}.count", text[1], "parameter", first + 1, "Integer", lower=0, upper=KNOTS
     )
     lists = (
         ("knots", None, "argument at a knot, SI, increasing", LARGEST_KNOT),
-        ("values", unit, "force at a knot, linear between knots", LARGEST_VALUE),
+        ("values", unit, "force or friction at a knot, linear between knots", LARGEST_VALUE),
     )
     for k, (part, its_unit, meaning, most) in enumerate(lists):
         for i in range(KNOTS):

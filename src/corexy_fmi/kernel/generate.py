@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from corexy_fmi.effects.api import DC, STEPPER, Law
 from corexy_fmi.kernel.law_code import law_code, on_code, on_expression, writes_damping
-from corexy_fmi.kernel.layout import FREE_FORM_ARGUMENTS, FRICTION_ARGUMENTS, Instance, Layout
+from corexy_fmi.kernel.layout import LAW_KINDS, Instance, Layout
 from corexy_fmi.kernel.ports import HOST, PORTS
 from corexy_fmi.kernel.topology_code import topology_code
 from corexy_fmi.kernel.trace import argument_names, c_statements, symbols
@@ -138,9 +138,8 @@ def _constants(layout: Layout) -> str:
     values = {"STEP_RESOLUTION": STEP_RESOLUTION, "STEP_LONGEST": STEP_LONGEST}
     values |= {"STEP_CALM": STEP_CALM, "HISTORY": history}
     lines = [f"static const double {name} = {value!r};" for name, value in values.items()]
-    kinds = [f"ARGUMENT_{a.upper()}" for a in FREE_FORM_ARGUMENTS]
-    kinds += [f"FRICTION_{a.upper()}" for a in FRICTION_ARGUMENTS]
-    return "\n".join([*lines, _enumeration({name: i for i, name in enumerate(kinds)})])
+    kinds = {f"{acts}_OVER_{name}".upper(): i for i, (acts, name) in enumerate(LAW_KINDS)}
+    return "\n".join([*lines, _enumeration(kinds)])
 
 
 def generated_header(layout: Layout) -> str:

@@ -8,20 +8,13 @@ from functools import cache
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
+from corexy_fmi.machine.laws import ARGUMENTS
 from corexy_fmi.parameters import NOMINAL
 
 FREE_FORM_LOCATIONS = ("x", "y", "motor1", "motor2")
-FREE_FORM_ARGUMENTS = ("vx", "vy", "x", "y", "phi1", "phi2", "t")  # of a force or torque
-FRICTION_ARGUMENTS = ("x", "y", "t")  # of an axis' Coulomb friction
+LAW_KINDS = tuple((acts, name) for acts, names in ARGUMENTS.items() for name in names)
 KNOTS = 24
 FREE_FORM_SIZE = 2 + 2 * KNOTS
-
-
-def law_kind(acts: str, argument: str) -> int:
-    """Number of a free-form law's kind: a force over each argument, then a friction over each."""
-    if acts == "friction":
-        return len(FREE_FORM_ARGUMENTS) + FRICTION_ARGUMENTS.index(argument)
-    return FREE_FORM_ARGUMENTS.index(argument)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,7 @@ import numpy as np
 
 from corexy_fmi.kernel.call import PUSH, REST, Excitation
 from corexy_fmi.kernel.clock import restamp
-from corexy_fmi.kernel.layout import (
-    FREE_FORM_ARGUMENTS,
-    FREE_FORM_SIZE,
-    FRICTION_ARGUMENTS,
-    KNOTS,
-    Layout,
-)
+from corexy_fmi.kernel.layout import FREE_FORM_SIZE, KNOTS, LAW_KINDS, Layout
 from corexy_fmi.kernel.reference_sensor import Past, history
 from corexy_fmi.kernel.reference_state import Array, ReferenceState
 
@@ -169,18 +163,17 @@ class ReferenceStage(ReferenceState):
         self.run_port("torque")
         a["force"][2:4] += a["torque"]
 
-    def _free_forms(self, to: str) -> None:
-        """Add the laws of ``to``: force, or bound (of Coulomb friction)."""
-        values = [*self.a["v"][:2], *self.a["q"][:4], self.now]
-        forces = dict(zip(FREE_FORM_ARGUMENTS, values, strict=True))
-        kinds = [("force", x) for x in forces.values()]
-        kinds += [("bound", forces[name]) for name in FRICTION_ARGUMENTS]
+    def _free_forms(self, acts: str, to: str) -> None:
+        """Add the laws that act so to an array: forces, or bounds of Coulomb friction."""
+        q, v = self.a["q"], self.a["v"]
+        sources = {"vx": v[0], "vy": v[1], "t": self.now}
+        sources |= dict(zip(("x", "y", "phi1", "phi2"), q[:4], strict=True))
         for f in range(4):
             p = self.vector[self.layout.free_form + f * FREE_FORM_SIZE :][:FREE_FORM_SIZE]
-            count, (of, x) = int(p[1]), kinds[int(p[0])]
-            if count and of == to:
+            count, kind = int(p[1]), LAW_KINDS[int(p[0])]
+            if count and kind[0] == acts:
                 knots, heights = p[2 : 2 + count], p[2 + KNOTS : 2 + KNOTS + count]
-                self.a[to][f] += np.interp(x, knots, heights)
+                self.a[to][f] += np.interp(sources[kind[1]], knots, heights)
 
     def _middle_velocity(self) -> Array:
         """Velocity in the middle of the coming step; exactly 0 while it sticks."""
@@ -192,7 +185,7 @@ class ReferenceStage(ReferenceState):
         a["bound"], a["damping"] = a["bound0"].copy(), a["damping0"].copy()
         a["moving"], a["across"] = a["mass"].copy(), a["force"][1::-1].copy()
         a["middle_v"] = self._middle_velocity()
-        self._free_forms("bound")
+        self._free_forms("friction", "bound")
         self.run_port("guide")
         self.run_port("stick")
         a["damping"][2:4] += a["rotor_damping"]
@@ -214,7 +207,7 @@ class ReferenceStage(ReferenceState):
         self._elongation()
         self._tension()
         self._torque()
-        self._free_forms("force")
+        self._free_forms("force", "force")
         for i in self.direct:
             self.a["force"][i] += self.a["force"][2 + i] / self.radius
         return self.a["force"]
