@@ -19,15 +19,19 @@ from engine_kit import (
     with_effects,
 )
 
+from corexy_fmi.engine.candidates import instances
+from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
 from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.site import Site, elsewhere, sites
+from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, sites
 from corexy_fmi.engine.specification import LEAST
-from corexy_fmi.engine.verdict import Verdict, misplaced
+from corexy_fmi.engine.spots import best_law
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -89,6 +93,34 @@ def test_other_stages_are_not_asked():
     assert sites(Competition(base, (), (), 1.0), map) == []
 
 
+RIPPLE = EffectUse("microstep_error", "motor2", {"amplitude": 4e-3, "phase": 0.4})
+
+
+@pytest.mark.parametrize("truth", [(BACKLASH,), (BACKLASH, RIPPLE)], ids=["whole", "half"])
+def test_what_a_winner_leaves_is_asked_for_its_place(truth):
+    """Play at motor 1 wins either way; where motor 2 is off as well, its place is found."""
+    shown = record(with_effects(machine(), *truth), rich_motion())
+    base = retune(bundled_layout(), machine(), problem(shown, machine()).runs)
+    (play,) = [
+        i
+        for i in instances(base.problem.layout, machine(), frozenset())
+        if (i.effect.name, i.location) == ("backlash", "motor1")
+    ]
+    winner = best_law(base, [Hypothesis((play,))], map)
+    found = beside(Competition(base, (winner,), (1.0,), 0.0), map)
+    if len(truth) == 1:
+        assert all(s.gain < AMISS / 2 for s in found)
+    else:
+        assert (found[0].location, found[0].state) == ("motor2", "motor_angle")
+        assert found[0].gain > 2 * AMISS
+
+
+def test_beside_nothing_and_beside_a_law_nobody_is_asked():
+    entry = SimpleNamespace(gain=500.0, hypothesis=SimpleNamespace(law=True), fit=None)
+    for best in (None, entry):
+        assert beside(SimpleNamespace(best=best), map) == []
+
+
 def said(word, *locations, gain=100.0):
     hypothesis = SimpleNamespace(places=list(locations), label="a cause", law=None)
     entry = SimpleNamespace(hypothesis=hypothesis, gain=gain) if locations else None
@@ -117,6 +149,38 @@ def test_a_place_that_explains_more_refutes_a_cause_elsewhere(verdict, site, wor
         assert found.entry is None
         assert found.refuted is verdict.entry
         assert site.location in found.reason
+
+
+@pytest.mark.parametrize(
+    ("verdict", "gain", "floor", "word"),
+    [
+        (said("explained", "x"), AMISS + 1, 0.0, "unexplained"),
+        (said("ambiguous", "x"), AMISS + 1, 0.0, "unexplained"),
+        (said("explained", "x"), AMISS - 1, 0.0, "explained"),
+        (said("explained", "x", gain=2e4), PART * 2e4 - 1, 0.0, "explained"),
+        (said("explained", "x"), AMISS + 1, AMISS + 2, "explained"),  # friction's wrong shape
+        (said("nothing_missing"), 500.0, 0.0, "nothing_missing"),
+    ],
+)
+def test_a_cause_beside_which_much_is_left_is_not_the_whole(verdict, gain, floor, word):
+    found = unfinished(verdict, [Site("motor2", gain, "motor_angle", "50 waves a turn")], floor)
+    assert found.word == word
+    assert unfinished(verdict, []) is verdict
+    if word != verdict.word:
+        assert (found.entry, found.refuted) == (None, verdict.entry)
+        assert "motor2 (50 waves a turn)" in found.reason
+
+
+@pytest.mark.parametrize(("gain", "shown"), [(60.0, True), (40.0, False)])
+def test_a_refuted_cause_gives_way_to_a_law_that_explains_half_as_much(gain, shown):
+    law = SimpleNamespace(gain=gain, hypothesis=SimpleNamespace(law=True))
+    entries = SimpleNamespace(entries=[said("explained", "x").entry, law])
+    refuted = unfinished(said("explained", "x"), [Site("y", 90.0)])
+    found = with_curve(refuted, entries)
+    assert found.entry is (law if shown else None)
+    assert found.reason == refuted.reason
+    kept = said("explained", "x")
+    assert with_curve(kept, entries) is kept
 
 
 def test_all_members_of_a_class_are_excused():

@@ -30,7 +30,7 @@ from corexy_fmi.engine.prove import Proof
 from corexy_fmi.engine.repeats import as_rows
 from corexy_fmi.engine.retune import quick, retune
 from corexy_fmi.engine.screen import bounds
-from corexy_fmi.engine.site import sites
+from corexy_fmi.engine.site import beside, sites
 from corexy_fmi.engine.spots import with_finer, with_spot
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
@@ -96,10 +96,13 @@ def diagnose(
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("asking every place for a law", 0.83)
         found = sites(competition, mapper)
-        competition = within_family(with_finer(with_spot(competition, found, mapper)))
+        competition = with_spot(competition, found, mapper)
+        tell("asking what the winner leaves", 0.85)
+        rest = beside(competition, mapper)
+        competition = within_family(with_finer(competition, rest))
         tell("proving on data kept back", 0.86)
         weak = not holdout
-        verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak, found)
+        verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak, found, rest)
         tell("bounding what was not named", 0.93)
         others = [
             Hypothesis((*fit.problem.hypothesis.uses, i))

@@ -9,6 +9,7 @@ import numpy as np
 
 from corexy_fmi.engine.axes import uneven
 from corexy_fmi.engine.clean import without_spikes
+from corexy_fmi.engine.doubt import incomplete, misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition, form_floor
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.local import is_local, last_parts
@@ -23,7 +24,7 @@ from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import LONG, Run
 from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import leftover
-from corexy_fmi.engine.verdict import Verdict, decide, incomplete, misplaced
+from corexy_fmi.engine.verdict import Verdict, decide, harmless
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
@@ -38,9 +39,10 @@ def judge(
     whole: Sequence[Run],
     weak: bool,
     sites: Sequence[Site] = (),
+    beside: Sequence[Site] = (),
 ) -> tuple[Verdict, Fit, Proof]:
-    """The verdict with its fit and proof; where held-out data, or ``sites`` that explain more,
-    lower it, proved again.
+    """The verdict with its fit and proof; where held-out data, ``sites`` that explain more, or
+    those ``beside`` the winner that still explain much, lower it, proved again.
     """
     retuned = tuned_machine(competition.retuned, machine.name)
     kept = _despiked(layout, retuned, competition, kept)
@@ -52,12 +54,16 @@ def judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept, whole)
-    guarded = replace(
-        _guarded(proof, weak, verdict, competition.retuned, fit, sites), sites=tuple(sites)
-    )
+    guarded = _guarded(proof, weak, verdict, competition.retuned, fit, sites, beside)
+    guarded = replace(guarded, sites=tuple(sites))
     if _final(competition, guarded) is not fit:
         fit = _final(competition, guarded)
         proof = _prove(layout, machine, competition, fit, kept, whole)
+    shown = with_curve(guarded, competition)
+    if shown.entry is not guarded.entry and shown.entry is not None:
+        seen = _prove(layout, machine, competition, shown.entry.fit, kept, whole)
+        if harmless(seen):
+            return shown, shown.entry.fit, seen
     return guarded, fit, proof
 
 
@@ -128,12 +134,19 @@ def _abroad(fit: Fit, runs: Sequence[Run]) -> list[tuple[Run, Machine]]:
 
 
 def _guarded(
-    proof: Proof, weak: bool, verdict: Verdict, retuned: Fit, fit: Fit, sites: Sequence[Site]
+    proof: Proof,
+    weak: bool,
+    verdict: Verdict,
+    retuned: Fit,
+    fit: Fit,
+    sites: Sequence[Site],
+    beside: Sequence[Site],
 ) -> Verdict:
-    """What a fit leaves to simple functions of the motion, or explains less of than simple laws at
-    another place do, or what is far above the noise in one recording, forbids to call it an
-    explanation; a mismatch on the data kept back, only in motion, in every loop, or slow in one
-    axis alone forbids ``nothing_missing``.  What is no more than rounding shows none of that.
+    """What a fit leaves to simple functions of the motion or to laws of some place, or explains
+    less of than simple laws at another place do, or what is far above the noise in one recording,
+    forbids to call it an explanation; a mismatch on the data kept back, only in motion, in every
+    loop, or slow in one axis alone forbids ``nothing_missing``.  What is no more than rounding
+    shows none of that.
     """
     if at_resolution(retuned):
         return _unless_late(Verdict("nothing_missing", None), proof, weak)
@@ -145,7 +158,8 @@ def _guarded(
     loud = loudest(fit)
     if verdict.word != "unexplained" and loud and loud.ratio > LOUDER:
         return incomplete(verdict, loud.told)
-    verdict = replace(misplaced(verdict, sites), stands=left)
+    verdict = unfinished(misplaced(verdict, sites), beside, form_floor(fit))
+    verdict = replace(verdict, stands=left)
     if verdict.word != "nothing_missing":
         return verdict
     reason = restless(proof) or repeating(proof) or uneven(retuned)

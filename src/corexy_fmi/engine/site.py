@@ -24,6 +24,7 @@ from corexy_fmi.topologies import COREXY
 MOST = 150_000  # samples from which on the responses take too much memory
 PAIRS = {"motors": ("motor1", "motor2"), "belts": ("belt1", "belt2"), "xy": ("x", "y")}
 PARTS = {"motors": PAIRS["motors"], "xy": PAIRS["xy"]}  # places of their own
+AMISS, PART = 20.0, 0.02  # [nats] beside a winner that is not the whole; share of what that gains
 AGAIN = 6  # iterations of the retuned machine under another noise
 
 
@@ -44,17 +45,37 @@ def sites(competition: Competition, mapper: Mapper) -> list[Site]:
     """Places by what their probes gain, best first; none where the stage is not a Core-XY one that
     moves, or where the data are too many to keep all responses.
     """
-    base = competition.retuned
-    machine, count = base.problem.machine, sum(run.count for run in base.problem.runs)
-    if machine.kind.name != COREXY or machine.fidelity == "kinematic" or count > MOST:
+    base = fit = competition.retuned
+    if not _moves(base):
         return []
-    if not np.isfinite(base.cost):
-        return []
-    fit = base
     if competition.entries:
         noise = competition.entries[0].fit.problem.noise
         fit = minimise(replace(base.problem, noise=noise), base.u, AGAIN)
-    found, lost = _asked(quick(fit), mapper), base.cost - fit.cost
+    return _paying(fit, base.cost - fit.cost, mapper)
+
+
+def beside(competition: Competition, mapper: Mapper) -> list[Site]:
+    """Places by what their probes gain on top of the catalogued winner, under its own noise: where
+    that is much, the winner is not the whole of it.
+    """
+    best = competition.best
+    if best is None or best.hypothesis.law or not _moves(best.fit):
+        return []
+    return _paying(best.fit, 0.0, mapper)
+
+
+def _moves(fit: Fit) -> bool:
+    """Whether the places of a fit's stage can be asked: a Core-XY that moves, on data few enough to
+    keep all responses.
+    """
+    machine, count = fit.problem.machine, sum(run.count for run in fit.problem.runs)
+    asked = machine.kind.name == COREXY and machine.fidelity != "kinematic" and count <= MOST
+    return asked and bool(np.isfinite(fit.cost))
+
+
+def _paying(fit: Fit, lost: float, mapper: Mapper) -> list[Site]:
+    """Places that pay, best first; ``lost`` as in `_site`."""
+    found = _asked(quick(fit), mapper)
     return _probable([_site(n, c, lost) for n, c in found.items() if c.taken])
 
 
@@ -113,12 +134,18 @@ def elsewhere(found: Sequence[Site], places: Sequence[str], gain: float) -> Site
     gain so much, and is none of them.
     """
     first = next(iter(found), None)
-    if first is None or first.gain <= gain + THRESHOLD or _beside(first.location, places):
+    if first is None or first.gain <= gain + THRESHOLD or _touches(first.location, places):
         return None
     return first
 
 
-def _beside(location: str, places: Sequence[str]) -> bool:
+def remaining(found: Sequence[Site], gain: float) -> Site | None:
+    """The best of the sites beside a cause that gains so much, if that is not the whole of it."""
+    first = next(iter(found), None)
+    return first if first is not None and first.gain > max(AMISS, PART * gain) else None
+
+
+def _touches(location: str, places: Sequence[str]) -> bool:
     """Whether a place is one of others, or shares a part with one; pulleys are parts of belts and
     turn with motors.
     """

@@ -28,7 +28,7 @@ from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.probe_laws import FINE
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.search import long_fit
-from corexy_fmi.engine.site import Site, parts
+from corexy_fmi.engine.site import Site, parts, remaining
 from corexy_fmi.engine.specification import leftover
 from corexy_fmi.engine.unknowns import Hypothesis
 
@@ -56,15 +56,16 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
     return ranked(base, catalogue_first([entry, *competition.entries]))
 
 
-def with_finer(competition: Competition) -> Competition:
+def with_finer(competition: Competition, beside: Sequence[Site] = ()) -> Competition:
     """The competition with its best law at twice the knots, where a catalogued winner leaves what
-    simple functions of the motion explain, and the law gains nearly as much.
+    simple functions of the motion, or laws of places ``beside`` it, explain, and the law gains
+    nearly as much.
     """
     first, base = competition.best, competition.retuned
     law = next((e for e in competition.entries if e.hypothesis.law), None)
     if first is None or first.hypothesis.law or law is None or law.gain < NEAR * first.gain:
         return competition
-    if not leftover(first.fit).matters(first.gain):
+    if not (remaining(beside, first.gain) or leftover(first.fit).matters(first.gain)):
         return competition
     others = [e for e in competition.entries if e is not law]
     entries = sorted([entry_of(base, refined(law.fit)), *others], key=lambda e: -e.gain)

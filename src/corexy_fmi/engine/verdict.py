@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from corexy_fmi.engine.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.prove import Proof
-from corexy_fmi.engine.site import Site, elsewhere
-from corexy_fmi.engine.specification import LEAST, Leftover
+from corexy_fmi.engine.site import Site
+from corexy_fmi.engine.specification import Leftover
 
 SURE = 0.95
 AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
@@ -46,7 +45,7 @@ class Verdict:
         """Where an unexplained mismatch lies, if simple laws there explain as much as half of what
         the best cause does.
         """
-        known = self.entry or self.refuted
+        known = self.refuted or self.entry
         least = max(THRESHOLD, HALF * known.gain if known else 0.0)
         found = self.sites if self.word == "unexplained" else ()
         return next((s for s in found[:1] if s.gain > least), None)
@@ -131,29 +130,6 @@ def _unseen(best: Entry, proof: Proof, weak: bool) -> Verdict:
 def _undisputed(best: Entry, proof: Proof | None) -> bool:
     """Whether held-out data, which show little of an effect, do not speak against it either."""
     return proof is not None and best.gain > WEAK_GAIN and harmless(proof)
-
-
-def incomplete(verdict: Verdict, told: str, left: Leftover | None = None) -> Verdict:
-    """Something remains that the explanation does not hold, as is told: it is not put into the
-    machine.
-    """
-    beside = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
-    return Verdict("unexplained", None, reason=beside + told, refuted=verdict.entry, left=left)
-
-
-def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
-    """A cause that explains less than simple laws at another place do is none, nor is nothing."""
-    gain = verdict.entry.gain if verdict.entry else 0.0
-    if verdict.word == "nothing_missing":
-        other = next((s for s in found[:1] if s.gain > LEAST), None)
-    else:
-        other = elsewhere(found, verdict.places, gain) if verdict.word != "unexplained" else None
-    if other is None:
-        return verdict
-    entry = verdict.entry
-    beside = f"{entry.hypothesis.label} explains less than" if entry else "the rest is explained by"
-    reason = f"{beside} simple laws at {other.location} ({other.word}, {other.gain:.0f} nats)"
-    return Verdict("unexplained", None, reason=reason, refuted=verdict.entry)
 
 
 def _refuted(best: Entry) -> Verdict:

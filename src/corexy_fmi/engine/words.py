@@ -17,6 +17,7 @@ def in_words(fit: Fit, competition: Competition, verdict: Verdict, proof: Proof)
     """Coordinate, argument, parity, size and period of what is missing; what came nearest."""
     parts = [
         _law(fit, verdict),
+        f"no more than a curve: {verdict.reason}" if verdict.entry and verdict.reason else "",
         _sites(verdict),
         period(proof),
         _carried_over(fit, proof),
