@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine_kit import machine, other_motion, problem, record, rich_motion, with_effects
+from engine_kit import (
+    BACKLASH,
+    machine,
+    other_motion,
+    problem,
+    record,
+    rich_motion,
+    with_effects,
+)
 
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.overtones import DUTIES, OVERTONES, _phase, _share, overtone_fits
@@ -37,14 +45,17 @@ def began(fit, key):
     return float(unknown.value(fit.u[fit.problem.unknowns.index(unknown)]))
 
 
-def test_pulses_are_found_from_a_sine_at_their_overtone():
+@pytest.mark.parametrize("others", [(), (BACKLASH,)], ids=["alone", "beside play"])
+def test_pulses_are_found_from_a_sine_at_their_overtone(others):
     bare, runs = machine(), []
     for n, (motion, phase) in enumerate([(rich_motion(), 0.4), (other_motion(), -2.0)]):
-        truth = with_effects(bare, EffectUse("periodic_disturbance", "x", TRAIN | {"phase": phase}))
+        pulses = EffectUse("periodic_disturbance", "x", TRAIN | {"phase": phase})
+        truth = with_effects(bare, *others, pulses)
         shown = record(truth, motion, f"{n}.csv", seed=n, noise=2e-6)
         runs += problem(shown, bare).runs
     base = retune(bundled_layout(), bare, tuple(runs))
-    chosen = problem(shown, bare, [("periodic_disturbance", "x")])
+    known = [(use.name, use.location) for use in others]
+    chosen = problem(shown, bare, [*known, ("periodic_disturbance", "x")])
     chosen = replace(base.problem, hypothesis=chosen.hypothesis)
     start = chosen.carried(base.problem, base.u)
     for k, unknown in enumerate(chosen.unknowns):

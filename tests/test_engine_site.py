@@ -122,7 +122,8 @@ def test_beside_nothing_and_beside_a_law_nobody_is_asked():
 
 
 def said(word, *locations, gain=100.0):
-    hypothesis = SimpleNamespace(places=list(locations), label="a cause", law=None)
+    key = [("a cause", place) for place in locations]
+    hypothesis = SimpleNamespace(places=list(locations), key=key, label="a cause", law=None)
     entry = SimpleNamespace(hypothesis=hypothesis, gain=gain) if locations else None
     return Verdict(word, entry)
 
@@ -132,10 +133,12 @@ def said(word, *locations, gain=100.0):
     [
         (said("explained", "belts"), Site("sensor", 150.0), "unexplained"),
         (said("explained", "belts"), Site("sensor", 105.0), "explained"),  # within the threshold
-        (said("explained", "belts"), Site("belts", 500.0), "explained"),  # a better law there
-        (said("explained", "motor1"), Site("motors", 500.0), "explained"),  # holds it
-        (said("explained", "pulley7"), Site("motor2", 500.0), "explained"),  # turns with it
-        (said("explained", "sensor", "x"), Site("x", 500.0), "explained"),  # one of two
+        (said("explained", "belts"), Site("belts", 124.0), "explained"),  # another form there
+        (said("explained", "belts"), Site("belts", 126.0), "unexplained"),
+        (said("explained", "motor1"), Site("motors", 124.0), "explained"),  # holds it
+        (said("explained", "pulley7"), Site("motor2", 124.0), "explained"),  # turns with it
+        (said("explained", "sensor", "x"), Site("x", 109.0), "explained"),  # one of two
+        (said("explained", "sensor", "x"), Site("x", 111.0), "unexplained"),
         (said("ambiguous", "tool"), Site("frame", 150.0), "unexplained"),
         (said("nothing_missing"), Site("motors", LEAST + 1), "unexplained"),
         (said("nothing_missing"), Site("motors", LEAST - 1), "nothing_missing"),

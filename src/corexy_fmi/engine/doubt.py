@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from corexy_fmi.engine.entries import THRESHOLD, Competition
+import numpy as np
+
+from corexy_fmi.engine.entries import FAMILY, THRESHOLD, Competition, Entry
 from corexy_fmi.engine.site import Site, elsewhere, remaining
 from corexy_fmi.engine.specification import LEAST, Leftover
 from corexy_fmi.engine.verdict import HALF, Verdict
@@ -24,18 +26,29 @@ def incomplete(verdict: Verdict, told: str, left: Leftover | None = None) -> Ver
 
 
 def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
-    """A cause that explains less than simple laws at another place do is none, nor is nothing."""
+    """A cause that explains less than simple laws at another place do is none, nor is nothing; at
+    its own place they must explain as much more as a free-form law that would win.
+    """
     gain = verdict.entry.gain if verdict.entry else 0.0
+    if verdict.word == "unexplained":
+        return verdict
     if verdict.word == "nothing_missing":
         other = next((s for s in found[:1] if s.gain > LEAST), None)
     else:
-        other = elsewhere(found, verdict.places, gain) if verdict.word != "unexplained" else None
+        other = elsewhere(found, verdict.places, gain) or _better(found, verdict.entry)
     if other is None:
         return verdict
     entry = verdict.entry
     beside = f"{entry.hypothesis.label} explains less than" if entry else "the rest is explained by"
     reason = f"{beside} simple laws at {other.location} ({other.word}, {other.gain:.0f} nats)"
     return Verdict("unexplained", None, reason=reason, refuted=verdict.entry)
+
+
+def _better(found: Sequence[Site], entry: Entry | None) -> Site | None:
+    """The best site, if its laws explain more than a cause there may leave to another form."""
+    share = FAMILY if entry and len(entry.hypothesis.key) == 1 else 1.0
+    least = share * entry.gain + THRESHOLD if entry else np.inf
+    return next((s for s in found[:1] if s.gain > least), None)
 
 
 def unfinished(verdict: Verdict, beside: Sequence[Site], floor: float = 0.0) -> Verdict:

@@ -65,7 +65,7 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     found = search(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
     if not found:
         return []
-    found = sorted(mapper(whole, found), key=rank)
+    found = sorted([*mapper(whole, found), *overtone_fits(named[0], found, mapper)], key=rank)
     single = polished(named[0], found[0])
     fits[fits.index(named[0])] = named[0] = single
     added = found[0].problem.hypothesis.uses[-1]

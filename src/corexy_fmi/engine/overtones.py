@@ -27,10 +27,10 @@ TRIED, LONG = 4, 10  # trains that are fitted; iterations
 
 
 def overtone_fits(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
-    """Settled fits of pulses that the best fit, where it is a sine in time, is an overtone of."""
+    """Settled fits of pulses that the best fit, if it has a sine in time, is an overtone of."""
     first = fits[0] if fits else base
     uses = first.problem.hypothesis.uses
-    if first.problem.hypothesis.shaped or [i.effect.name for i in uses] != [EFFECT]:
+    if first.problem.hypothesis.shaped or EFFECT not in [i.effect.name for i in uses]:
         return []
     shaped = replace(first.problem, hypothesis=Hypothesis(uses, shaped=True))
     pairs = [(k, duty) for k in range(1, OVERTONES + 1) for duty in DUTIES if _share(k, duty)]
@@ -57,9 +57,10 @@ def _placed(
     known = {x.key: float(x.value(sine.u[n])) for n, x in enumerate(sine.problem.unknowns)}
     rows = np.repeat(shaped.carried(sine.problem, sine.u)[None], k, axis=0)
     own: dict[int, int] = {}
-    prefix = f"{EFFECT}.{shaped.hypothesis.uses[0].location}."
+    (location,) = (i.location for i in shaped.hypothesis.uses if i.effect.name == EFFECT)
+    prefix = f"{EFFECT}.{location}."
     for n, x in enumerate(shaped.unknowns):
-        name = x.key.removeprefix(prefix)
+        name = x.key.removeprefix(prefix) if x.key.startswith(prefix) else ""
         if name == "amplitude":
             rows[:, n] = x.internal(known[x.key] / abs(_share(k, duty)))
         elif name == "frequency":
