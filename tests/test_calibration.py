@@ -87,3 +87,12 @@ def test_the_section_prints_its_counts() -> None:
 def test_a_probability_that_rounded_beyond_one_is_counted() -> None:
     page = "\n".join(calibration.section([entry(1.0 + 2e-16, (0.0, 1.0))]))
     assert "| 0.99 .. 1.0 | 1 |" in page
+
+
+def test_an_arm_beside_the_relaxed_belt_is_a_share_of_the_quick_one() -> None:
+    """The plant's arm of a fourth of the relaxed stiffness is a fifth of what a quick load meets."""
+    case = entry(1.0, (0.0, 1.0))
+    said = {"ratio": {"value": 0.2, "ci95": [0.19, 0.21]}}
+    case["document"]["effects"][0]["parameters"] = said
+    case["truth"]["effects"][0] |= {"name": "belt_relaxation", "parameters": {"ratio": 0.25}}
+    assert list(calibration.coverage([case]).values()) == [[True]]

@@ -17,6 +17,7 @@ SEEN = 300.0  # least E of a case whose place is judged
 BINS = ((0.0, 0.5), (0.5, 0.9), (0.9, 0.99), (0.99, 1.0))  # of probability
 PERIOD = 6.283185307179586  # [rad] of a phase
 COUNTED_DOWN = "steps"  # the plant counts steps that are missing, the catalogue those of the jump
+CREPT = ("belt_relaxation", "ratio")
 # the plant's laws that are the catalogue's own, where it has another that is not
 OWN_LAWS = {
     "stribeck_friction": (0, 2),
@@ -108,14 +109,25 @@ def coverage(entries: list[Entry]) -> dict[tuple[str, str], list[bool]]:
         for said in e["document"]["effects"]:
             for name, value in said["parameters"].items():
                 if name in planted["parameters"]:
-                    inside = _inside(name, value, planted["parameters"][name])
+                    truth = _as_catalogued(planted["name"], name, planted["parameters"][name])
+                    inside = _inside(name, value, truth)
                     found.setdefault((planted["name"], name), []).append(inside)
     return found
 
 
+def _as_catalogued(effect: str, name: str, truth: float) -> float:
+    """A planted value by the catalogue's definition, where CONTRACT 5 leaves that open.
+
+    The plant's creeping arm is stiff by a ratio of the relaxed belt, the catalogue's by a share of
+    what a quick load meets.
+    """
+    if name.startswith(COUNTED_DOWN):
+        return -truth
+    return truth / (1 + truth) if (effect, name) == CREPT else truth
+
+
 def _inside(name: str, said: dict[str, Any], truth: float) -> bool:
     low, high = said["ci95"]
-    truth = -truth if name.startswith(COUNTED_DOWN) else truth
     turns = (-PERIOD, 0.0, PERIOD) if name.startswith("phase") else (0.0,)
     return any(low <= truth + turn <= high for turn in turns)
 

@@ -2,7 +2,8 @@
 
 A force that comes irregularly leaves what no law of the motion holds, and its colour passes for
 that of noise.  But a tracker does not know which way the stage moves: where x and y scatter alike
-from sample to sample, they do so slowly, too.
+from sample to sample, they do so slowly, too.  Were it so, both axes would have as many independent
+means; so many has the less coloured one.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def uneven(fit: Fit) -> str:
         if both is not None:
             x, y = both
             logs.append(float(np.log(y.ratio / x.ratio)))
-            weights.append(1 / (0.5 / x.count + 0.5 / y.count))
+            weights.append(max(x.count, y.count))  # 1 / variance: 1 / (0.5 / n + 0.5 / n)
     total = sum(weights)
     if not total:
         return ""
@@ -71,7 +72,7 @@ def _both(run: Run, errors: Sequence[Array]) -> tuple[_Slow, _Slow] | None:
     if max(one, other) > (1 + ALIKE) * min(one, other):
         return None
     found = tuple(_slow(errors[n]) for n in (x, y))
-    return (found[0], found[1]) if min(f.count for f in found) > FEWEST else None
+    return (found[0], found[1]) if max(f.count for f in found) > FEWEST else None
 
 
 def _slow(errors: Array) -> _Slow:
