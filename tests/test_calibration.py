@@ -90,7 +90,7 @@ def test_a_probability_that_rounded_beyond_one_is_counted() -> None:
 
 
 def test_an_arm_beside_the_relaxed_belt_is_a_share_of_the_quick_one() -> None:
-    """The plant's arm of a fourth of the relaxed stiffness is a fifth of what a quick load meets."""
+    """An arm a fourth as stiff as the relaxed belt is a fifth of what a quick load meets."""
     case = entry(1.0, (0.0, 1.0))
     said = {"ratio": {"value": 0.2, "ci95": [0.19, 0.21]}}
     case["document"]["effects"][0]["parameters"] = said
