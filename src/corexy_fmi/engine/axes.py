@@ -35,8 +35,9 @@ class _Slow:
     count: float
 
 
-def uneven(fit: Fit) -> str:
-    """Words for an axis that errs slowly where the other does not; empty where both are alike.
+def uneven(fit: Fit) -> tuple[str, str]:
+    """An axis that errs slowly where the other does not, and words for it; empty where both are
+    alike.
 
     Judged on all recordings of a fit together.
     """
@@ -49,12 +50,12 @@ def uneven(fit: Fit) -> str:
             weights.append(max(x.count, y.count))  # 1 / variance: 1 / (0.5 / n + 0.5 / n)
     total = sum(weights)
     if not total:
-        return ""
+        return "", ""
     mean = float(np.dot(logs, weights)) / total
     if abs(mean) * np.sqrt(total) < SURE or np.exp(abs(mean)) < LOUDER:
-        return ""
+        return "", ""
     one, other = PAIR[::-1] if mean > 0 else PAIR
-    return (
+    return one, (
         f"the mismatch of {one} is slow, {np.exp(abs(mean)):.1f} times as much as that of {other}: "
         f"something irregular acts along {one}, or on its sensor"
     )

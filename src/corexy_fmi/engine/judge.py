@@ -23,7 +23,7 @@ from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import LONG, Run
 from corexy_fmi.engine.site import Site
-from corexy_fmi.engine.specification import leftover
+from corexy_fmi.engine.specification import Leftover, leftover
 from corexy_fmi.engine.verdict import Verdict, decide, harmless
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -162,8 +162,10 @@ def _guarded(
     verdict = replace(verdict, stands=left)
     if verdict.word != "nothing_missing":
         return verdict
-    reason = restless(proof) or repeating(proof) or uneven(retuned)
-    return _unless_late(verdict, proof, weak, reason)
+    axis, slow = uneven(retuned)
+    found = _unless_late(verdict, proof, weak, restless(proof) or repeating(proof) or slow)
+    alone = found.word == "unexplained" and found.reason == slow
+    return replace(found, left=Leftover(0.0, 0.0, slow, axis)) if alone else found
 
 
 def _unless_late(nothing: Verdict, proof: Proof, weak: bool, reason: str = "") -> Verdict:
