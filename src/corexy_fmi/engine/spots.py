@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from corexy_fmi.engine.again import refined
+from corexy_fmi.engine.again import by_parity, refined
 from corexy_fmi.engine.candidates import laws
 from corexy_fmi.engine.entries import (
     THRESHOLD,
@@ -57,9 +57,9 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
 
 
 def with_finer(competition: Competition, beside: Sequence[Site] = ()) -> Competition:
-    """The competition with its best law at twice the knots, where a catalogued winner leaves what
-    simple functions of the motion, or laws of places ``beside`` it, explain, and the law gains
-    nearly as much.
+    """The competition with its best law at twice the knots, odd or even where half of it suffices,
+    if a catalogued winner leaves what simple functions of the motion, or laws of places ``beside``
+    it, explain, and the law gains nearly as much.
     """
     first, base = competition.best, competition.retuned
     law = next((e for e in competition.entries if e.hypothesis.law), None)
@@ -68,7 +68,7 @@ def with_finer(competition: Competition, beside: Sequence[Site] = ()) -> Competi
     if not (remaining(beside, first.gain) or leftover(first.fit).matters(first.gain)):
         return competition
     others = [e for e in competition.entries if e is not law]
-    entries = sorted([entry_of(base, refined(law.fit)), *others], key=lambda e: -e.gain)
+    entries = sorted([entry_of(base, by_parity(refined(law.fit))), *others], key=lambda e: -e.gain)
     return ranked(base, catalogue_first(entries))
 
 
