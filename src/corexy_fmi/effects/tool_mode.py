@@ -61,7 +61,7 @@ EFFECT = Effect(
             0.0,
             1e-3,
             2.0,
-            (0.05,),
+            (0.005, 0.05),
             size=True,
             scaling=0,
             log=True,
