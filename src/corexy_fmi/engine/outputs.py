@@ -14,6 +14,7 @@ from corexy_fmi.topology import STAGES
 
 MODES = tuple(np.geomspace(3.0, 100.0, 12))  # [Hz] of what swings on the stage, or under it
 DAMPED = 0.05  # its damping ratio
+BENT = {"x": "x", "y": "y", "x squared": "xx", "x times y": "xy", "y squared": "yy"}  # factors
 Added = tuple[str, str, str, list[dict[str, Array]]]  # location, state, word, by channel
 
 
@@ -25,12 +26,12 @@ def outputs(fit: Fit, runs: list[Motion]) -> list[Added]:
 def _sensor(runs: list[Motion]) -> Iterator[Added]:
     """What a sensor may misread, each of its axes for itself, or both late alike."""
     for axis in ("x", "y"):
-        for word in ("x", "y", "xx", "xy", "yy"):
+        for word, powers in BENT.items():
             yield (
                 "sensor",
                 "position",
-                f"{axis} by {word}",
-                [{axis: np.prod([m.place[w] for w in word], axis=0)} for m in runs],
+                f"{axis} off by {word}",
+                [{axis: np.prod([m.place[w] for w in powers], axis=0)} for m in runs],
             )
         yield "sensor", "speed", f"{axis} late", [{axis: m.speed[axis]} for m in runs]
         yield (
