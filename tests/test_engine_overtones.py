@@ -15,8 +15,10 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.overtones import DUTIES, OVERTONES, _phase, _share, overtone_fits
+from corexy_fmi.engine.name import _parts, _pays
+from corexy_fmi.engine.overtones import DUTIES, OVERTONES, _phase, _share, alone, overtone_fits
 from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -75,3 +77,25 @@ def test_only_a_sine_in_time_is_taken_for_an_overtone():
     fit = minimise(chosen, np.zeros(chosen.size), 1)
     assert overtone_fits(fit, [fit], map) == []
     assert overtone_fits(fit, [], map) == []
+
+
+def test_pulses_beside_a_force_that_they_do_not_need_are_told_alone():
+    """A sine leaves the mean of pulses to a constant force; the pulses themselves hold it."""
+    bare = machine()
+    pulses = EffectUse("periodic_disturbance", "x", TRAIN | {"phase": 0.4})
+    shown = record(with_effects(bare, pulses), rich_motion(), noise=2e-6)
+    both = problem(shown, bare, [("constant_force", "x"), ("periodic_disturbance", "x")], 2e-6)
+    both = replace(both, hypothesis=replace(both.hypothesis, shaped=True))
+    truth = TRAIN | {"phase": 0.4, "force": 0.0}
+    start = np.zeros(both.size)
+    for k, unknown in enumerate(both.unknowns):
+        if "." in unknown.key:
+            start[k] = unknown.internal(truth[unknown.key.split(".")[2].partition("@")[0]])
+    pair = minimise(both, start, 10)
+    single = alone(pair)
+    assert [i.effect.name for i in single.problem.hypothesis.uses] == ["periodic_disturbance"]
+    assert single.problem.hypothesis.shaped
+    assert rank(single) < rank(pair)
+    other = replace(single, problem=replace(single.problem, hypothesis=both.hypothesis))
+    assert _parts(pair, [other, single]) == [other, single]
+    assert not _pays(single, pair, single)

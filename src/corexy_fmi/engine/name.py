@@ -33,7 +33,7 @@ from corexy_fmi.engine.entries import (
 )
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.one_noise import under_one_noise
-from corexy_fmi.engine.overtones import overtone_fits
+from corexy_fmi.engine.overtones import alone, overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rough import softened
@@ -65,16 +65,25 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     found = search(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
     if not found:
         return []
-    found = sorted([*mapper(whole, found), *overtone_fits(named[0], found, mapper)], key=rank)
+    pulses = overtone_fits(named[0], found, mapper)
+    fits += map(alone, pulses)
+    found = sorted([*mapper(whole, found), *pulses], key=rank)
     single = polished(named[0], found[0])
     fits[fits.index(named[0])] = named[0] = single
     added = found[0].problem.hypothesis.uses[-1]
-    alone = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
-    if alone is not None and _pays(named[0], found[0], base):
+    other = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
+    if other is not None and _pays(named[0], found[0], base):
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
-        found += mapper(whole, search(alone, _extended(alone, others), mapper, 2, THRESHOLD)[:2])
-    return [f for f in found if _pays(named[0], f, base)]
+        found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
+    return [f for f in found if all(_pays(one, f, base) for one in _parts(f, fits))]
+
+
+def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
+    """The best catalogued fit, and those of either of a pair's effects alone."""
+    named = [f for f in fits if f.problem.hypothesis.uses]
+    own = [(use,) for use in two.problem.hypothesis.uses]
+    return named[:1] + [f for f in named if f.problem.hypothesis.uses in own]
 
 
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:

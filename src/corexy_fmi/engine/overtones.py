@@ -41,6 +41,15 @@ def overtone_fits(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
     return [settle(min(fitted, key=lambda fit: fit.cost))]
 
 
+def alone(fit: Fit) -> Fit:
+    """Pulses that were found beside another cause, settled without it: their mean is a force that
+    a sine leaves to another cause.
+    """
+    uses = tuple(i for i in fit.problem.hypothesis.uses if i.effect.name == EFFECT)
+    problem = replace(fit.problem, hypothesis=Hypothesis(uses, shaped=True))
+    return settle(minimise(problem, problem.carried(fit.problem, fit.u), LONG))
+
+
 def _share(k: int, duty: float) -> float:
     """The k-th overtone over the pulses' height; 0 where they have next to none."""
     share = 2 / (k * math.pi) * math.sin(math.pi * k * duty)
