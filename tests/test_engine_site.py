@@ -20,12 +20,14 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.candidates import instances
+from corexy_fmi.engine.choice import choose
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
+from corexy_fmi.engine.responses import Response
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, sites
 from corexy_fmi.engine.specification import LEAST
@@ -215,3 +217,17 @@ def test_a_mass_on_a_spring_comes_to_rest_where_statics_say():
 
 def test_waves_reach_full_steps():
     assert {1, 2, 50, 200} <= set(WAVES)
+
+
+def test_what_the_data_chose_costs_its_choice():
+    """A tone that was read off the mismatch is one of as many as there are samples."""
+    change = np.zeros(100, dtype=np.float32)
+    change[0] = 1.0
+    residual = 10 * change
+    plain, tone = (
+        choose([Response("x", "time", "a law", change, chosen)], residual, 2.0)
+        for chosen in (0.0, 5.0)
+    )
+    assert plain.gain == pytest.approx(50 - 2)
+    assert tone.gain == pytest.approx(50 - 2 - 5)
+    assert not choose([Response("x", "time", "a law", change, 50.0)], residual, 2.0).taken

@@ -24,23 +24,23 @@ class Choice:
 
 def choose(offered: Sequence[Response], residual: Array, price: float) -> Choice:
     """Responses (of unit size) that explain a residual, greedily; each costs ``price`` [nats] and
-    the logarithm of how many are offered.
+    the logarithm of how many are offered, and what its own choice by the data does.
     """
     changes = np.array([r.change for r in offered])
     size = np.sqrt(np.einsum("ij,ij->i", changes, changes))
     changes /= np.where(size > 0, size, 1)[:, None]
     pull = (changes @ residual.astype(np.float32)).astype(float)
     gram = (changes @ changes.T).astype(float)
-    price += float(np.log(len(offered)))
+    prices = price + np.log(len(offered)) + np.array([r.chosen for r in offered])
     taken, gain = [], 0.0
     for _ in range(TERMS):
         left = np.diag(gram)
         score = np.where(left > NEW, 0.5 * pull**2 / np.maximum(left, NEW), 0.0)
-        best = int(np.argmax(score))
-        if score[best] < price:
+        best = int(np.argmax(score - prices))
+        if score[best] < prices[best]:
             break
         taken.append(offered[best])
-        gain += float(score[best]) - price
+        gain += float(score[best] - prices[best])
         along = gram[best] / np.sqrt(left[best])
         pull = pull - along * (pull[best] / np.sqrt(left[best]))
         gram = gram - np.outer(along, along)

@@ -22,6 +22,7 @@ SLOW = 0.02  # share of the highest speed over which a direction turns
 FADES = (1.0, 4.0, 16.0)  # [s] of what fades from the beginning
 CREEPS = (0.02, 0.1, 0.5, 2.0)  # [s] of what follows a load late
 FINE = 49  # knots over an axis' places: what a spot on a rail needs
+TONE = "a tone of"  # how the words of a frequency begin that was read off the mismatch itself
 PLAYS = (2e-5, 1e-4, 5e-4)  # [m] of what turns before it slides
 
 Function = tuple[str, str, list[Array]]  # state (CONTRACT 4), word, values (rows,) of each run
@@ -130,8 +131,8 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
     for hat in _hats([m.time for m in runs], _range([m.time for m in runs], TIME_KNOTS)):
         yield "time", "time", hat
     for f in heard:
-        yield "time", f"a tone of {f:.3g} Hz", [np.sin(2 * np.pi * f * m.time) for m in runs]
-        yield "time", f"a tone of {f:.3g} Hz", [np.cos(2 * np.pi * f * m.time) for m in runs]
+        yield "time", f"{TONE} {f:.3g} Hz", [np.sin(2 * np.pi * f * m.time) for m in runs]
+        yield "time", f"{TONE} {f:.3g} Hz", [np.cos(2 * np.pi * f * m.time) for m in runs]
     yield "speed", f"speed of {other}", [m.speed[other] for m in runs]
 
 

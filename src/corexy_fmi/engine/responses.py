@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.outputs import outputs
-from corexy_fmi.engine.probe_laws import Motion
+from corexy_fmi.engine.probe_laws import TONE, Motion
 from corexy_fmi.engine.probes import Probe, probes
 from corexy_fmi.kernel.call import Array, Excitation
 
@@ -25,12 +25,15 @@ USUAL, VOLTS = 1e-5, 0.02  # [m] of that noise where neither is measured; [V] of
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """A place, the state and word of one probe there, and what it changes (samples + size,)."""
+    """A place, the state and word of one probe there, what it changes (samples + size,), and what
+    it costs [nats] that the data themselves chose it out of many.
+    """
 
     location: str
     state: str
     word: str
     change: Array
+    chosen: float = 0.0
 
 
 def moved(fit: Fit, probe: Probe, q: Array, size: float) -> Response:
@@ -45,7 +48,8 @@ def moved(fit: Fit, probe: Probe, q: Array, size: float) -> Response:
     else:
         scale = (VOLTS if probe.volts else size / radius) / most
         change = _replayed(fit, probe, scale) / scale
-    return Response(probe.location, probe.state, probe.word, _off(change, q))
+    chosen = float(np.log(len(fit.residual))) if probe.word.startswith(TONE) else 0.0
+    return Response(probe.location, probe.state, probe.word, _off(change, q), chosen)
 
 
 def _off(change: Array, q: Array) -> Array:

@@ -109,7 +109,7 @@ def _tied(both: str, one: list[Response], other: list[Response]) -> list[Respons
     """The same law at both places; of belts its mirror, too."""
     signs = (1.0, -1.0) if both == "belts" else (1.0,)
     return [
-        Response(both, a.state, a.word, a.change + np.float32(sign) * b.change)
+        Response(both, a.state, a.word, a.change + np.float32(sign) * b.change, a.chosen)
         for a, b in zip(one, other, strict=True)
         for sign in signs
     ]
