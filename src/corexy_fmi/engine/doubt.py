@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from corexy_fmi.engine.entries import FAMILY, THRESHOLD, Competition, Entry
 from corexy_fmi.engine.site import Site, elsewhere, remaining
 from corexy_fmi.engine.specification import LEAST, Leftover
@@ -35,7 +33,9 @@ def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
     if verdict.word == "nothing_missing":
         other = next((s for s in found[:1] if s.gain > LEAST), None)
     else:
-        other = elsewhere(found, verdict.places, gain) or _better(found, verdict.entry)
+        other = elsewhere(found, verdict.places, gain)
+        if other is None and verdict.entry is not None:
+            other = _better(found, verdict.entry)
     if other is None:
         return verdict
     entry = verdict.entry
@@ -44,11 +44,10 @@ def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
     return Verdict("unexplained", None, reason=reason, refuted=verdict.entry)
 
 
-def _better(found: Sequence[Site], entry: Entry | None) -> Site | None:
+def _better(found: Sequence[Site], entry: Entry) -> Site | None:
     """The best site, if its laws explain more than a cause there may leave to another form."""
-    share = FAMILY if entry and len(entry.hypothesis.key) == 1 else 1.0
-    least = share * entry.gain + THRESHOLD if entry else np.inf
-    return next((s for s in found[:1] if s.gain > least), None)
+    share = FAMILY if len(entry.hypothesis.key) == 1 else 1.0
+    return next((s for s in found[:1] if s.gain > share * entry.gain + THRESHOLD), None)
 
 
 def unfinished(verdict: Verdict, beside: Sequence[Site], floor: float = 0.0) -> Verdict:

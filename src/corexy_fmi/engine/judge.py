@@ -60,7 +60,7 @@ def judge(
         fit = _final(competition, guarded)
         proof = _prove(layout, machine, competition, fit, kept, whole)
     shown = with_curve(guarded, competition)
-    if shown.entry is not guarded.entry and shown.entry is not None:
+    if shown is not guarded and shown.entry is not None:
         seen = _prove(layout, machine, competition, shown.entry.fit, kept, whole)
         if harmless(seen):
             return shown, shown.entry.fit, seen
