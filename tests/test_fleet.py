@@ -125,9 +125,21 @@ def test_stopped_midway_it_ends_at_once_and_goes_on_later(tmp_path, how, status)
     assert (process.returncode, out) == (status, "")
     if how == signal.SIGINT:
         assert said == "interrupted, nothing was left half-written\n"
+        assert not list(tmp_path.rglob(".*"))
     assert group_is_gone(process.pid)
-    assert not list(tmp_path.rglob(".*"))
     assert run(tmp_path)[1] == ["m2", "m3"]
+    assert not list(tmp_path.rglob(".*"))
+
+
+@pytest.mark.parametrize(
+    "stray", ["m0/.result-0a/x", "m0/result/.row-0a.json", ".fleet-0a.csv", ".fleet-0a.json"]
+)
+def test_what_a_killed_run_was_writing_is_swept_by_the_next(tmp_path, stray):
+    make_fleet(tmp_path, 1)
+    (tmp_path / stray).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / stray).write_text("half")
+    run(tmp_path)
+    assert not list(tmp_path.rglob(".*"))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -65,5 +65,7 @@ class Store:
 
 
 def _write(path: Path, text: str) -> None:
+    for stray in path.parent.glob(f".{path.stem}-*{path.suffix}"):  # of a run that was killed
+        stray.unlink(missing_ok=True)
     with write_beside(path) as beside:
         beside.write_text(text, encoding="utf-8")
