@@ -174,3 +174,28 @@ def test_bent_models_are_followed() -> None:
     precision = np.diag([0.1, 10.0, 10.0, 1.0, 1.0])
     volume = cost(linear, target, precision)
     assert cost(linear, begin, precision) - volume < 1.0
+
+
+LOST = ("missed_steps", "motor2")
+
+
+def slipped(steps: float, time: float, name: str) -> Recording:
+    """A recording in which a motor falls back by so many steps."""
+    use = EffectUse(*LOST, {"steps": steps, "time": time})
+    return record(replace(machine(), effects=(use,)), rich_motion(), name)
+
+
+@pytest.mark.parametrize("steps", [1.0, -1.0, -3.0])
+def test_steps_are_found_in_the_recording_kept_back_whichever_way_they_were_lost(
+    steps: float,
+) -> None:
+    """They need not have been lost the same way there, nor as many."""
+    head = ".".join(LOST)
+    first = problem(slipped(1.0, 0.7, "run1.csv"), machine(), [LOST])
+    known = {f"{head}.steps@run1.csv": 1.0, f"{head}.time@run1.csv": 0.7}
+    began = [x.internal(known.get(x.key, float(x.value(0.0)))) for x in first.unknowns]
+    fit = minimise(first, np.array(began + [0.0] * (first.size - len(began))), 15)
+    run = make_run(slipped(steps, 1.3, "run2.csv"), machine(), "holdout")
+    there = carried(fit, run, first.noise[0])
+    assert there.value(f"{head}.steps@run2.csv") == pytest.approx(steps, abs=0.05)
+    assert there.value(f"{head}.time@run2.csv") == pytest.approx(1.3, abs=0.01)

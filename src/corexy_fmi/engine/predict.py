@@ -89,7 +89,8 @@ def _values(parameter: Parameter, time: Array) -> list[float]:
         return [parameter.periodic * k / PHASES for k in range(PHASES)]
     if parameter.over == "time":
         return np.linspace(time[0], time[-1], TIMES + 2)[1:-1].tolist()
-    return [parameter.neutral, *parameter.starts]
+    either = (1.0, -1.0) if parameter.size and parameter.lower < parameter.neutral else (1.0,)
+    return [parameter.neutral, *(sign * start for start in parameter.starts for sign in either)]
 
 
 @dataclass(frozen=True, eq=False)
