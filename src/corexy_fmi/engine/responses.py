@@ -6,21 +6,23 @@ or a bridge that turns would show is added to the simulated outputs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
 
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.noise import quick_noise
-from corexy_fmi.engine.outputs import outputs
+from corexy_fmi.engine.outputs import Added, outputs
 from corexy_fmi.engine.probe_laws import TONE, Motion
 from corexy_fmi.engine.probes import Probe, probes
 from corexy_fmi.kernel.call import Array, Excitation
 
 SIZE = 2.0  # of a probe, in the noise of the quieter of x and y
 USUAL, VOLTS = 1e-5, 0.02  # [m] of that noise where neither is measured; [V] of a probe
+TOGETHER = 32  # responses that are projected at once: as many in double precision take some room
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +38,9 @@ class Response:
     chosen: float = 0.0
 
 
-def moved(fit: Fit, probe: Probe, q: Array, size: float) -> Response:
-    """The response to a probe: a replay with such commands, or voltages; where those do not hold a
-    motor, where the end-effector would rest.
+def moved(fit: Fit, probe: Probe, size: float) -> Response:
+    """The whole response to a probe: a replay with such commands, or voltages; where those do not
+    hold a motor, where the end-effector would rest.
     """
     radius = fit.problem.machine.parameters["pulley_radius"]
     most = max(float(np.abs(v).max()) for pair in probe.turns for v in pair) or 1.0
@@ -49,12 +51,23 @@ def moved(fit: Fit, probe: Probe, q: Array, size: float) -> Response:
         scale = (VOLTS if probe.volts else size / radius) / most
         change = _replayed(fit, probe, scale) / scale
     chosen = float(np.log(len(fit.residual))) if probe.word.startswith(TONE) else 0.0
-    return Response(probe.location, probe.state, probe.word, _off(change, q), chosen)
+    return Response(probe.location, probe.state, probe.word, change, chosen)
 
 
-def _off(change: Array, q: Array) -> Array:
-    """What is left of a change beside q; in single precision, for its room."""
-    return np.asarray(change - q @ (q.T @ change), dtype=np.float32)
+def _off(whole: Sequence[Response], q: Array) -> list[Response]:
+    """What is left of responses beside q; in single precision, for its room."""
+    changes = np.array([r.change for r in whole])
+    changes -= (changes @ q) @ q.T
+    left = changes.astype(np.float32)
+    return [replace(r, change=row) for r, row in zip(whole, left, strict=True)]
+
+
+def _each(
+    items: Sequence[Any], respond: Callable[[Any], Response], q: Array, mapper: Mapper
+) -> list[Response]:
+    """What is left beside q of the responses to probes, some at a time."""
+    parts = (items[n : n + TOGETHER] for n in range(0, len(items), TOGETHER))
+    return [left for part in parts for left in _off([*mapper(respond, part)], q)]
 
 
 def _replayed(fit: Fit, probe: Probe, scale: float) -> Array:
@@ -103,9 +116,11 @@ def responses(fit: Fit, runs: list[Motion], q: Array, mapper: Mapper) -> Iterato
     place at a time: they take some room.
     """
     size = SIZE * quietest(fit)
-    yield [
-        Response(location, state, word, _off(added(fit, off), q))
-        for location, state, word, off in outputs(fit, runs)
-    ]
+
+    def shown(what: Added) -> Response:
+        location, state, word, off = what
+        return Response(location, state, word, added(fit, off))
+
+    yield _each(outputs(fit, runs), shown, q, mapper)
     for kind in probes(fit, runs):
-        yield [*mapper(lambda probe: moved(fit, probe, q, size), kind)]
+        yield _each(kind, lambda probe: moved(fit, probe, size), q, mapper)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from corexy_fmi.effects.api import DC, STEPPER, Law
 from corexy_fmi.kernel.law_code import law_code, on_code, on_expression, writes_damping
 from corexy_fmi.kernel.layout import LAW_KINDS, Instance, Layout
@@ -142,6 +144,7 @@ def _constants(layout: Layout) -> str:
     return "\n".join([*lines, _enumeration(kinds)])
 
 
+@cache
 def generated_header(layout: Layout) -> str:
     """stage_generated.h: laws, topologies, tables."""
     effects = {i.effect.name: i.effect for i in layout.instances}
