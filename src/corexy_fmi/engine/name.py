@@ -31,7 +31,7 @@ from corexy_fmi.engine.entries import (
     ranked,
     without_idle,
 )
-from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.one_noise import under_one_noise
 from corexy_fmi.engine.overtones import alone, overtone_fits
 from corexy_fmi.engine.pulses import pulse_fits
@@ -70,23 +70,13 @@ def _pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
     found = sorted([*mapper(whole, found), *pulses], key=rank)
     single = polished(named[0], found[0])
     fits[fits.index(named[0])] = named[0] = single
-    if _pays(named[0], found[0], base):
-        other = _added_alone(found[0], fits)
-        fits += [] if other in fits else [other]
+    added = found[0].problem.hypothesis.uses[-1]
+    other = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
+    if other is not None and _pays(named[0], found[0], base):
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
         found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
     return [f for f in found if all(_pays(one, f, base) for one in _parts(f, fits))]
-
-
-def _added_alone(two: Fit, fits: list[Fit]) -> Fit:
-    """The effect that was added to a pair by itself: the better of its fit so far and one begun
-    where the pair ended, which may be the place that its own search missed.
-    """
-    added, shaped = two.problem.hypothesis.uses[-1], two.problem.hypothesis.shaped
-    problem = replace(two.problem, hypothesis=Hypothesis((added,), shaped=shaped))
-    again = whole(settle(minimise(problem, problem.carried(two.problem, two.u))))
-    return min([again, *(f for f in fits if f.problem.hypothesis.uses == (added,))], key=rank)
 
 
 def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
