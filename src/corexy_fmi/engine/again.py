@@ -20,7 +20,7 @@ from corexy_fmi.kernel.call import Array
 LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
 ELSEWHERE = 0.5  # share of the first one's gain that its effect has at another place, to go on
 BETTER = 1.0  # [nats] that it must gain to be taken
-ASTRAY = 2.0  # prior standard deviations of a nominal parameter
+ASTRAY = 1.5  # prior standard deviations of a nominal parameter
 
 
 def repolish(base: Fit, winner: Fit) -> Fit:
