@@ -110,7 +110,7 @@ def full(entries: list[Entry]) -> list[str]:
         *tables(entries, "full", FULL_AIMS),
         f"The two shards did not go on alike ({' and '.join(shards())} cases): one stood at "
         "belt_relaxation-1 for a while, which the plant could not draw (a fit of its own began at "
-        "a model that broke down; mended since), and later ones were run on one of them at a time.",
+        "a model that broke down; mended since), and they were not always run together since.",
         "",
         "What is not in it: forms of the plant's that draws on other seeds left open (the viscous "
         "friction of `friction_warmup`, the overtone of `tooth_ripple`, the threshold of "
