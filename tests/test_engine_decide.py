@@ -42,6 +42,8 @@ CASES = [
     (SURELY, 70.0, proof(-0.3, contrasts=(0.8,)), "ambiguous"),  # it gains nothing
     (SURELY, 70.0, proof(-5.0, contrasts=(0.8,)), "unexplained"),
     (SURELY, 30.0, proof(0.7, contrasts=(0.8,)), "nothing_missing"),  # a false alarm, as likely
+    (SURELY, 500.0, proof(30.0, retuned=0.87, explained=1.0), "unexplained"),  # rms has grown
+    (SURELY, 500.0, proof(30.0, retuned=0.99, explained=1.0), "explained"),
     (TIED, 500.0, proof(30.0), "ambiguous"),
     (TIED, 500.0, proof(0.5), "ambiguous"),  # the data kept back show little of it
     (TIED, 500.0, proof(-25.0), "unexplained"),

@@ -13,6 +13,7 @@ SURE = 0.95
 AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
 CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
 MUTE = 6.0  # [nats] of contrast d up to which its scatter, sqrt(2 d), is most of a gain
+WORSE = 1.02  # of the retuned machine's held-out rms; right causes came to 1.004 at most
 WEAK_GAIN = 40.0  # [nats] below which an unconfirmed effect is a false alarm
 CLASS_SHARE = 0.02  # members of a class have at least this share of the best one's probability
 
@@ -80,7 +81,9 @@ def mute(proof: Proof) -> bool:
 
 def harmless(proof: Proof) -> bool:
     """Whether held-out data do not speak against the explanation; enough for a free-form law."""
-    return all(gain > -CONFIRMED for gain in proof.gains("holdout"))
+    retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
+    worse = explained > WORSE * retuned  # False where nothing is held out
+    return not worse and all(gain > -CONFIRMED for gain in proof.gains("holdout"))
 
 
 def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
