@@ -13,11 +13,13 @@ from engine_kit import (
     other_motion,
     problem,
     record,
+    rich_motion,
     short_motion,
     with_effects,
 )
 
 from corexy_fmi.effects import api, catalogue
+from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.local import last_parts, shows
 from corexy_fmi.engine.model import effect_table, tuned_machine
@@ -132,6 +134,30 @@ def test_what_a_drive_does_not_fit_begins_at_its_default():
     for drive, orders in (("stepper", {200.0}), ("dc", set(order.starts))):
         rows = combinations(detent, Spread((), (), (), (), drive))
         assert {row["order"] for row in rows} == orders
+
+
+RINGING = [(e.name, p) for e in catalogue().values() for p in e.parameters if p.heard]
+
+
+@pytest.mark.parametrize(("name", "parameter"), RINGING, ids=[name for name, _ in RINGING])
+def test_what_rings_begins_at_the_tones_of_the_mismatch_too(name, parameter):
+    (instance,) = (i for i in bundled_layout().instances if i.effect.name == name)
+    heard = (0.5 * (parameter.lower + parameter.starts[0]), 2 * parameter.upper)
+    offered = Spread((), (), (), heard, "stepper").starts(instance, parameter)
+    assert offered == (*parameter.starts, heard[0], parameter.upper)
+
+
+def test_a_frame_that_is_hardly_damped_is_found_by_its_tone():
+    """Between the declared frequencies, 7 and 10 Hz, its cost is flat."""
+    frame = EffectUse("frame_mode", "frame", {"mass": 6.0, "frequency": 8.4, "damping_ratio": 5e-3})
+    shown = record(with_effects(machine(), frame), rich_motion(), noise=1e-5)
+    base = retune(bundled_layout(), machine(), make_runs([shown], [], machine())[0])
+    hypothesis = Hypothesis((bundled_layout().find("frame_mode", "frame"),))
+    lead = screen(base, [hypothesis])[0]
+    best = min((minimise(lead.problem, u, 10) for u in lead.starts), key=lambda fit: fit.cost)
+    assert base.cost - best.cost > 60
+    assert best.value("frame_mode.frame.frequency") == pytest.approx(8.4, abs=0.1)
+    assert best.value("frame_mode.frame.mass") == pytest.approx(6.0, rel=0.3)
 
 
 def test_a_wave_begins_near_the_phase_of_each_recording():

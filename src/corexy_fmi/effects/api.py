@@ -34,7 +34,8 @@ class Parameter:
     0 neither.  Where several are marked ``size``, the effect is off with all of them neutral.
     ``over`` ("time", "position" or "frequency") lets a fit begin all over the range of the
     recordings instead of at ``starts``; on ``drives`` beside those named it stays as it is.
-    "threshold": beyond some value there is no effect at all; ``starts`` only find it.
+    "threshold": beyond some value there is no effect at all; ``starts`` only find it.  ``heard``: a
+    fit begins at the strongest tones of the recordings' mismatch, too.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Parameter:
     periodic: float = 0.0
     default: float | None = None  # value where a machine file leaves it out; None: must be given
     over: str = ""
+    heard: bool = False  # a frequency at which the mismatch may ring
     local: bool = False  # belongs to one recording: each has its own value
     initial: bool = False  # where a memory begins, -1 .. 1: free in every run, told of none
     drives: tuple[str, ...] = (STEPPER, DC)

@@ -77,6 +77,7 @@ EFFECT = Effect(
             200.0,
             (3.0, 5.0, 7.0, 10.0, 14.0, 19.0, 26.0, 36.0, 50.0),
             log=True,
+            heard=True,
         ),
         Parameter("damping_ratio", "1", "of that mode", 0.03, 0.001, 0.3, (0.03,), log=True),
     ),

@@ -75,6 +75,7 @@ EFFECT = Effect(
             400.0,
             (8.0, 11.0, 15.0, 20.0, 27.0, 36.0, 48.0, 65.0, 90.0, 130.0),
             log=True,
+            heard=True,
         ),
         Parameter(
             "damping_ratio",

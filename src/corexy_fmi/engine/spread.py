@@ -37,10 +37,11 @@ class Spread:
         """Values of a parameter to begin from; one that is not fitted stays at its default."""
         if self.drive not in parameter.drives or parameter.shape:
             return (parameter.starts[0] if parameter.default is None else parameter.default,)
-        if not parameter.over:
+        if not (parameter.over or parameter.heard):
             return parameter.starts
         name = instance.location if parameter.over == "position" else parameter.over
-        offered: tuple[float, ...] = getattr(self, name) or parameter.starts
+        offered: tuple[float, ...] = getattr(self, name or "frequency") or parameter.starts
+        offered = (*parameter.starts, *offered) if parameter.heard else offered
         return tuple(min(max(v, parameter.lower), parameter.upper) for v in offered)
 
 
