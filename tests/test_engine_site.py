@@ -21,6 +21,7 @@ from engine_kit import (
 
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.choice import choose
+from corexy_fmi.engine.document import whereabouts
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise
@@ -29,8 +30,8 @@ from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
 from corexy_fmi.engine.responses import Response
 from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, sites
-from corexy_fmi.engine.specification import LEAST
+from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, of_places, sites
+from corexy_fmi.engine.specification import LEAST, Leftover
 from corexy_fmi.engine.spots import best_law
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
@@ -125,7 +126,10 @@ def test_beside_nothing_and_beside_a_law_nobody_is_asked():
 
 def said(word, *locations, gain=100.0):
     key = [("a cause", place) for place in locations]
-    hypothesis = SimpleNamespace(places=list(locations), key=key, label="a cause", law=None)
+    uses = [SimpleNamespace(effect=SimpleNamespace(state="speed"))]
+    hypothesis = SimpleNamespace(
+        places=list(locations), key=key, label="a cause", law=None, uses=uses
+    )
     entry = SimpleNamespace(hypothesis=hypothesis, gain=gain) if locations else None
     return Verdict(word, entry)
 
@@ -231,3 +235,24 @@ def test_what_the_data_chose_costs_its_choice():
     assert plain.gain == pytest.approx(50 - 2)
     assert tone.gain == pytest.approx(50 - 2 - 5)
     assert not choose([Response("x", "time", "a law", change, 50.0)], residual, 2.0).taken
+
+
+@pytest.mark.parametrize(("size", "both"), [(12.0, False), (40.0, True)])
+def test_both_motors_are_told_where_the_second_has_its_share(size, both):
+    """What bends leave of a strong one at the other motor is no cause there."""
+    residual = np.zeros(100, dtype=np.float32)
+    residual[:2] = 100.0, size
+    found = [
+        Response(name, "time", "a jump", np.eye(100, dtype=np.float32)[k])
+        for k, name in enumerate(("motor1", "motor2"))
+    ]
+    places = of_places(found, residual, 2.0)
+    assert ("motors" in places) == both
+    assert places["motor1"].gain == pytest.approx(5000 - 2)
+
+
+@pytest.mark.parametrize(("gain", "place"), [(62.0, "x"), (479.0, "motor2")])
+def test_what_is_left_is_told_as_the_place_where_it_is_most_of_it(gain, place):
+    refuted = said("explained", "x", gain=360.0).entry
+    left = Leftover(gain, 8.0, "speed of motor 2", "x")
+    assert whereabouts(Verdict("unexplained", None, refuted=refuted, left=left), None)[0] == place

@@ -72,14 +72,15 @@ def _effect(
     }
 
 
-def _whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
+def whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
     """Coordinate and state of the mismatch: where simple laws explain most of what no effect does;
-    else what a winner left over points at, or those of the verdict's entry, or of the one that was
-    refuted; else the coordinate whose channel shows most.
+    else what a winner left over points at, if that is most of it; else those of the verdict's
+    entry, or of the one that was refuted; else the coordinate whose channel shows most.
     """
     if verdict.site is not None:
         return verdict.site.location, verdict.site.state
-    if verdict.left is not None:
+    held = verdict.refuted.gain if verdict.refuted else 0.0
+    if verdict.left is not None and verdict.left.gain > held:
         return verdict.left.place
     entry = verdict.entry or verdict.refuted
     if entry is not None:
@@ -98,7 +99,7 @@ def _free_form(
     law = fit.problem.hypothesis.law
     entry: dict[str, Any] = {
         "name": "free_form",
-        "location": law.location if law else _whereabouts(verdict, proof)[0],
+        "location": law.location if law else whereabouts(verdict, proof)[0],
         "probability": told(competition.probability[0]) if competition.entries else 0.0,
         "parameters": {},
         "alternatives": [],
@@ -166,7 +167,7 @@ def located(
             "confidence": 0.0,
             "sites": [],
         }
-    coordinate, state = _whereabouts(verdict, proof)
+    coordinate, state = whereabouts(verdict, proof)
     chance = verdict.site.probability if verdict.site else _chance(competition, coordinate)
     return {
         "coordinate": coordinate,

@@ -24,7 +24,7 @@ from corexy_fmi.topologies import COREXY
 MOST = 150_000  # samples from which on the responses take too much memory
 PAIRS = {"motors": ("motor1", "motor2"), "belts": ("belt1", "belt2"), "xy": ("x", "y")}
 PARTS = {"motors": PAIRS["motors"], "xy": PAIRS["xy"]}  # places of their own
-AMISS, PART = 20.0, 0.02  # [nats] beside a winner that is not the whole; share of what that gains
+AMISS, PART = 20.0, 0.02  # [nats] beside what is not the whole; share of what that gains
 AGAIN = 6  # iterations of the retuned machine under another noise
 
 
@@ -85,12 +85,12 @@ def _asked(fit: Fit, mapper: Mapper) -> dict[str, Choice]:
     price = 0.5 * float(np.log(max(sum(run.count for run in fit.problem.runs), 2)))
     found: dict[str, Choice] = {}
     for kind in responses(fit, runs, q, mapper):
-        found |= _judged(kind, fit.residual, price)
+        found |= of_places(kind, fit.residual, price)
     return found
 
 
-def _judged(found: list[Response], residual: Array, price: float) -> dict[str, Choice]:
-    """Every place by itself; both of a kind together where the second pays."""
+def of_places(found: list[Response], residual: Array, price: float) -> dict[str, Choice]:
+    """Every place by itself; both of a kind together where the second pays for itself."""
     by_place: dict[str, list[Response]] = {}
     for response in found:
         by_place.setdefault(response.location, []).append(response)
@@ -100,7 +100,7 @@ def _judged(found: list[Response], residual: Array, price: float) -> dict[str, C
             own, more = by_place[one], by_place[other]
             union = choose([*own, *more, *_tied(both, own, more)], residual, price)
             alone = max(result[one].gain, result[other].gain)
-            if union.gain > alone + THRESHOLD or both not in PARTS:
+            if union.gain > (1 + PART) * alone + THRESHOLD or both not in PARTS:
                 result[both] = union
     return {n: c for n, c in result.items() if not n.startswith("belt") or n == "belts"}
 
