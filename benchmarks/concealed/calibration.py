@@ -109,13 +109,13 @@ def coverage(entries: list[Entry]) -> dict[tuple[str, str], list[bool]]:
         for said in e["document"]["effects"]:
             for name, value in said["parameters"].items():
                 if name in planted["parameters"]:
-                    truth = _as_catalogued(planted["name"], name, planted["parameters"][name])
-                    inside = _inside(name, value, truth)
+                    truth = as_catalogued(planted["name"], name, planted["parameters"][name])
+                    inside = inside_of(name, value, truth)
                     found.setdefault((planted["name"], name), []).append(inside)
     return found
 
 
-def _as_catalogued(effect: str, name: str, truth: float) -> float:
+def as_catalogued(effect: str, name: str, truth: float) -> float:
     """A planted value by the catalogue's definition, where CONTRACT 5 leaves that open.
 
     The plant's creeping arm is stiff by a ratio of the relaxed belt, the catalogue's by a share of
@@ -126,7 +126,7 @@ def _as_catalogued(effect: str, name: str, truth: float) -> float:
     return truth / (1 + truth) if (effect, name) == CREPT else truth
 
 
-def _inside(name: str, said: dict[str, Any], truth: float) -> bool:
+def inside_of(name: str, said: dict[str, Any], truth: float) -> bool:
     low, high = said["ci95"]
     turns = (-PERIOD, 0.0, PERIOD) if name.startswith("phase") else (0.0,)
     return any(low <= truth + turn <= high for turn in turns)

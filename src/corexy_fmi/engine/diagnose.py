@@ -23,6 +23,7 @@ from corexy_fmi.engine.family import within_family
 from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
+from corexy_fmi.engine.looser import loosened
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.moving import begun, begun_alike, told
 from corexy_fmi.engine.name import compete
@@ -110,7 +111,10 @@ def diagnose(
         ]
         leads = bounds(quick(fit), others, mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
-    paper = _document(verdict, competition, fit, proof, leads, machine, machine_assumed, weak)
+        loose = loosened(fit)
+    paper = _document(
+        verdict, competition, fit, proof, loose, leads, machine, machine_assumed, weak
+    )
     told_first = [*findings, *more, *moving, *resolution.told(competition.retuned)]
     paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
     if loops := as_rows(proof):
@@ -127,6 +131,7 @@ def _document(
     competition: Competition,
     fit: Fit,
     proof: Proof,
+    loose: Fit | None,
     leads: list[Any],
     machine: Machine,
     assumed: bool,
@@ -137,7 +142,7 @@ def _document(
     return {
         "schema": 1,
         "verdict": verdict.word,
-        "effects": document.effects(verdict, fit, competition, proof),
+        "effects": document.effects(verdict, fit, competition, proof, loose),
         "nearest": document.nearest(verdict, competition),
         "ambiguous_between": classes.between(verdict.classes),
         "ambiguous_sets": classes.sets(verdict.classes),

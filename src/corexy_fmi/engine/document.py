@@ -58,12 +58,12 @@ def _alternatives(
 
 
 def _effect(
-    instance: Instance, fit: Fit, competition: Competition, verdict: Verdict
+    instance: Instance, fit: Fit, competition: Competition, verdict: Verdict, loose: Fit | None
 ) -> dict[str, Any]:
     effect, key = instance.effect, (instance.effect.name, instance.location)
     return _member(key) | {
         "probability": competition.share(key),
-        "parameters": effect_table(fit, *key, covariance(fit)),
+        "parameters": effect_table(fit, *key, covariance(fit), loose),
         "alternatives": _alternatives(competition, verdict, key),
         "equation": effect.equation,
         "citation": effect.citation,
@@ -117,14 +117,16 @@ def _free_form(
 
 
 def effects(
-    verdict: Verdict, fit: Fit, competition: Competition, proof: Proof
+    verdict: Verdict, fit: Fit, competition: Competition, proof: Proof, loose: Fit | None = None
 ) -> list[dict[str, Any]]:
-    """The ``effects`` of the document; for ``unexplained`` the free-form law."""
+    """The ``effects`` of the document; for ``unexplained`` the free-form law.  ``loose``: the fit
+    with looser priors, for intervals.
+    """
     if verdict.word == "unexplained":
         return [_free_form(fit, competition, verdict, proof)]
     if verdict.entry is None or verdict.word == "nothing_missing":
         return []
-    return [_effect(i, fit, competition, verdict) for i in verdict.entry.hypothesis.uses]
+    return [_effect(i, fit, competition, verdict, loose) for i in verdict.entry.hypothesis.uses]
 
 
 def nearest(verdict: Verdict, competition: Competition) -> list[dict[str, Any]]:

@@ -33,12 +33,21 @@ def _wrapped(unknown: Unknown, value: float) -> float:
     return math.remainder(value, 2 * math.pi) if turns else value
 
 
-def interval(fit: Fit, k: int, spread: Array) -> dict[str, object]:
-    """Value, unit-free, with its 95 % interval inside the bounds."""
-    unknown, u = fit.problem.unknowns[k], float(fit.u[k])
-    std = math.sqrt(max(float(spread[k, k]), 0.0))
-    value = float(unknown.value(u))
-    low, high = (float(unknown.value(u + s * Z95 * std)) for s in (-1, 1))
+def _ends(fit: Fit, k: int, spread: Array) -> tuple[float, float]:
+    """Of an unknown's 95 % interval, on its internal scale."""
+    reach = Z95 * math.sqrt(max(float(spread[k, k]), 0.0))
+    return float(fit.u[k]) - reach, float(fit.u[k]) + reach
+
+
+def interval(fit: Fit, k: int, spread: Array, loose: Fit | None = None) -> dict[str, object]:
+    """Value, unit-free, with its 95 % interval inside the bounds, which reaches as far as that of
+    the same fit with ``loose`` priors, where there is one.
+    """
+    unknown, ends = fit.problem.unknowns[k], [_ends(fit, k, spread)]
+    ends += [_ends(loose, k, covariance(loose))] if loose else []
+    value = float(unknown.value(float(fit.u[k])))
+    low = float(unknown.value(min(end[0] for end in ends)))
+    high = float(unknown.value(max(end[1] for end in ends)))
     shift = _wrapped(unknown, value) - value
     return {"value": value + shift, "ci95": [low + shift, high + shift]}
 
@@ -99,8 +108,12 @@ def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
     return table
 
 
-def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str, dict[str, object]]:
-    """The parameters of one named effect with unit, interval, and whether data narrow its range."""
+def effect_table(
+    fit: Fit, name: str, location: str, spread: Array, loose: Fit | None = None
+) -> dict[str, dict[str, object]]:
+    """The parameters of one named effect with unit, interval, and whether data narrow its range;
+    ``loose`` as in `interval`.
+    """
     instance = next(
         i for i in fit.problem.hypothesis.uses if (i.effect.name, i.location) == (name, location)
     )
@@ -109,7 +122,7 @@ def effect_table(fit: Fit, name: str, location: str, spread: Array) -> dict[str,
     for k, unknown in enumerate(fit.problem.unknowns):
         parameter = unknown.key.removeprefix(f"{name}.{location}.")
         if parameter != unknown.key:
-            entry = interval(fit, k, spread)
+            entry = interval(fit, k, spread, loose)
             table[parameter] = {
                 "value": entry["value"],
                 "unit": units[parameter.partition("@")[0]],
