@@ -11,6 +11,7 @@ from engine_kit import (
     MISMATCH,
     NOISE,
     STRIBECK,
+    fitted,
     machine,
     other_motion,
     problem,
@@ -20,21 +21,21 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.choice import choose
-from corexy_fmi.engine.document import whereabouts
+from corexy_fmi.engine.choice import ROUNDS, Choice, Offer, choose, explain
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
-from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.fit import minimise, own_noise, white_noise
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
 from corexy_fmi.engine.responses import Response
 from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, of_places, sites
-from corexy_fmi.engine.specification import LEAST, Leftover
+from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, shared, sites
+from corexy_fmi.engine.specification import LEAST
 from corexy_fmi.engine.spots import best_law
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
+from corexy_fmi.engine.view import View, plain
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -223,36 +224,73 @@ def test_waves_reach_full_steps():
     assert {1, 2, 50, 200} <= set(WAVES)
 
 
-def test_what_the_data_chose_costs_its_choice():
-    """A tone that was read off the mismatch is one of as many as there are samples."""
-    change = np.zeros(100, dtype=np.float32)
-    change[0] = 1.0
-    residual = 10 * change
-    plain, tone = (
-        choose([Response("x", "time", "a law", change, chosen)], residual, 2.0)
-        for chosen in (0.0, 5.0)
-    )
-    assert plain.gain == pytest.approx(50 - 2)
-    assert tone.gain == pytest.approx(50 - 2 - 5)
-    assert not choose([Response("x", "time", "a law", change, 50.0)], residual, 2.0).taken
+def test_what_is_taken_pays_its_price():
+    changes = np.eye(3, 100, dtype=np.float32)
+    residual = 10 * changes[0] + 3 * changes[1] + changes[2]
+    assert choose(changes, residual, np.full(3, 2.0)) == ([0, 1], pytest.approx(50 + 4.5 - 4))
+    assert choose(changes, residual, np.array([60.0, 2.0, 2.0]))[0] == [1]
 
 
-@pytest.mark.parametrize(("size", "both"), [(12.0, False), (40.0, True)])
-def test_both_motors_are_told_where_the_second_has_its_share(size, both):
+@pytest.mark.parametrize(("share", "both"), [(0.12, False), (0.4, True)])
+def test_both_motors_are_told_where_the_second_has_its_share(share, both):
     """What bends leave of a strong one at the other motor is no cause there."""
-    residual = np.zeros(100, dtype=np.float32)
-    residual[:2] = 100.0, size
-    found = [
-        Response(name, "time", "a jump", np.eye(100, dtype=np.float32)[k])
-        for k, name in enumerate(("motor1", "motor2"))
-    ]
-    places = of_places(found, residual, 2.0)
-    assert ("motors" in places) == both
-    assert places["motor1"].gain == pytest.approx(5000 - 2)
+    found = {name: Choice((), 5000.0) for name in ("motor1", "x")}
+    found |= {"motor2": Choice(), "motors": Choice((), 5000 * (1 + share**2)), "y": Choice()}
+    assert ("motors" in shared(found)) == both
+    assert {"motor1", "x"} < set(shared(found))
 
 
-@pytest.mark.parametrize(("gain", "place"), [(62.0, "x"), (479.0, "motor2")])
-def test_what_is_left_is_told_as_the_place_where_it_is_most_of_it(gain, place):
-    refuted = said("explained", "x", gain=360.0).entry
-    left = Leftover(gain, 8.0, "speed of motor 2", "x")
-    assert whereabouts(Verdict("unexplained", None, refuted=refuted, left=left), None)[0] == place
+def test_a_law_at_both_places_is_the_sum_of_both():
+    fit, wave = shaken(NOISE)
+    other = replace(wave, location="belt2", change=wave.change[::-1].copy())
+    view = View(plain(fit), fit.problem.noise)
+    one, two = (Offer.of([w], view) for w in (replace(wave, location="belt1"), other))
+    tied = one.beside(two, "belts", (1.0, -1.0))
+    assert [r.location for r in tied.responses] == ["belt1", "belt2", "belts", "belts"]
+    whole = Offer.of(tied.responses, view)
+    for name, share in (("off", 1e-4), ("along", 1e-5)):
+        got, wanted = getattr(tied, name), getattr(whole, name)
+        assert float(np.abs(got - wanted).max()) < share * float(np.abs(wanted).max())
+
+
+def shaken(size):
+    """A retuned machine whose x is off by a wave, and that wave as a response."""
+    shown = record(machine(), rich_motion())
+    time = shown.time
+    wave = np.sin(2 * np.pi * 0.7 * time) * np.exp(-time / 2)
+    x = shown.channels["x"] + size * wave
+    fit = fitted(problem(replace(shown, channels=shown.channels | {"x": x}), machine()), 10)
+    change = np.zeros(sum(run.count for run in fit.problem.runs))
+    change[: len(wave)] = wave - wave.mean()
+    return fit, Response("x", "time", "a wave", change.astype(np.float32))
+
+
+def test_a_choice_is_judged_through_the_noise_that_it_leaves():
+    """Retuned under its own noise, a slow wave is colour; by what it leaves it is found."""
+    fit, wave = shaken(3 * NOISE)
+    own = replace(fit, problem=own_noise(fit))
+    bare = plain(own)
+    coloured, least = (View(bare, n) for n in (own.problem.noise, white_noise(own).noise))
+    alone = explain(Offer.of([wave], coloured), coloured, 5.0, coloured.cost, 0)
+    told = explain(Offer.of([wave], least), least, 5.0, coloured.cost, ROUNDS)
+    assert told.gain > alone.gain + 50
+    assert told.taken == (wave,)
+
+
+def test_through_a_view_nothing_is_gained_by_what_is_not_there():
+    fit, wave = shaken(0.0)
+    for models in (fit.problem.noise, white_noise(fit).noise):
+        view = View(plain(fit), models)
+        assert explain(Offer.of([wave], view), view, 5.0, view.cost, ROUNDS).taken == ()
+
+
+def test_a_view_leaves_what_another_fit_would():
+    """Linear algebra against the fit itself: errors left by retuning and a change."""
+    fit, wave = shaken(2 * NOISE)
+    view = View(plain(fit), fit.problem.noise)
+    off, along = view.off(wave.change[None])
+    left = np.concatenate(view.left((wave.change[None], off, along))[0])
+    columns = np.vstack([fit.jacobian.T, np.pad(wave.change, (0, fit.problem.size)) / NOISE]).T
+    steps = np.linalg.lstsq(columns, fit.residual, rcond=None)[0]
+    count = len(wave.change)
+    assert left == pytest.approx((fit.residual - columns @ steps)[:count] * NOISE, abs=1e-8)

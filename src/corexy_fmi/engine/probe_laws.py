@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.signal import lfilter
@@ -101,7 +102,9 @@ def of_voltage(runs: list[Motion], motor: str) -> Iterator[Function]:
 
 
 def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator[Function]:
-    """Functions that a force on an axis may be; ``heard``: tones [Hz] of the mismatch."""
+    """Functions that a force on an axis may be; ``heard``: tones [Hz] of the mismatch, which have a
+    phase of their own in every run.
+    """
     other = "y" if axis == "x" else "x"
     places, speeds = [m.place[axis] for m in runs], [m.speed[axis] for m in runs]
     turns = [direction(v) for v in speeds]
@@ -130,9 +133,9 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
         )
     for hat in _hats([m.time for m in runs], _range([m.time for m in runs], TIME_KNOTS)):
         yield "time", "time", hat
-    for f in heard:
-        yield "time", f"{TONE} {f:.3g} Hz", [np.sin(2 * np.pi * f * m.time) for m in runs]
-        yield "time", f"{TONE} {f:.3g} Hz", [np.cos(2 * np.pi * f * m.time) for m in runs]
+    for f, wave, own in product(heard, (np.sin, np.cos), range(len(runs))):
+        tone = [wave(2 * np.pi * f * m.time) * float(r == own) for r, m in enumerate(runs)]
+        yield "time", f"{TONE} {f:.3g} Hz", tone
     yield "speed", f"speed of {other}", [m.speed[other] for m in runs]
 
 

@@ -30,7 +30,7 @@ from corexy_fmi.engine.unknowns import (
     nominal_unknowns,
 )
 from corexy_fmi.engine.whitening import Filter
-from corexy_fmi.kernel.call import PUSH, REST, Array, run_lanes
+from corexy_fmi.kernel.call import PUSH, REST, Array, Excitation, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
@@ -207,19 +207,25 @@ class Problem:
             if p.size
         ]
 
-    def simulate(self, u: Array, run: int, outputs: tuple[str, ...] | None = None) -> Array:
-        """Outputs (sets, channels, rows) of a run."""
+    def simulate(
+        self,
+        u: Array,
+        run: int,
+        outputs: tuple[str, ...] | None = None,
+        imposed: Excitation | None = None,
+    ) -> Array:
+        """Outputs (sets, channels, rows) of a run, its motors on ``imposed`` angles where given."""
         r, vectors, limit = self.runs[run], self.vectors(u, run), self.limit
         if self.damping and limit > 0:
             limit = damped(self.layout, self.machine, vectors, self.damping, limit)
         return run_lanes(
             self.layout,
-            r.excitation,
+            imposed or r.excitation,
             vectors,
             fidelity=self.machine.stage,
-            dc=self.machine.drive == "dc",
+            dc=self.machine.drive == "dc" and imposed is None,
             rest=self.rest(u, run),
-            push=self.push(u, run),
+            push=None if imposed else self.push(u, run),
             channels=outputs or r.outputs,
             limit=limit,
         )

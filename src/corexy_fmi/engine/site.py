@@ -2,29 +2,35 @@
 
 The probes of each place (`probes.py`) compete as a whole: the best few of them, chosen one by one,
 each charged for what it costs to choose it (BIC, and the logarithm of how many there are).  Linear,
-around the retuned machine, under the noise that the best explanation leaves.
+around the retuned machine, under the noise that the best explanation leaves.  Where no place is the
+whole of it so, that noise may hold the mismatch, as slow ones pass for colour: then each place is
+judged by the noise that it leaves itself, from the least on that the samples allow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
 
 import numpy as np
 
-from corexy_fmi.engine.choice import Choice, choose
+from corexy_fmi.engine.choice import ROUNDS, Choice, Offer, explain
 from corexy_fmi.engine.entries import TEMPERATURE, THRESHOLD, Competition
-from corexy_fmi.engine.fit import Fit, Mapper, minimise
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, white_noise
 from corexy_fmi.engine.probes import motions
+from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.responses import Response, responses
 from corexy_fmi.engine.retune import quick
-from corexy_fmi.kernel.call import Array
+from corexy_fmi.engine.view import View, plain
 from corexy_fmi.topologies import COREXY
 
 MOST = 150_000  # samples from which on the responses take too much memory
 PAIRS = {"motors": ("motor1", "motor2"), "belts": ("belt1", "belt2"), "xy": ("x", "y")}
 PARTS = {"motors": PAIRS["motors"], "xy": PAIRS["xy"]}  # places of their own
 AMISS, PART = 20.0, 0.02  # [nats] beside what is not the whole; share of what that gains
+HALF = 0.5  # share of the best cause's gain from which on a place is as good as the whole of it
 AGAIN = 6  # iterations of the retuned machine under another noise
 
 
@@ -51,7 +57,15 @@ def sites(competition: Competition, mapper: Mapper) -> list[Site]:
     if competition.entries:
         noise = competition.entries[0].fit.problem.noise
         fit = minimise(replace(base.problem, noise=noise), base.u, AGAIN)
-    return _paying(fit, base.cost - fit.cost, mapper)
+    offered, given = _offered(fit, mapper)
+    found = _paying(offered, [given], base.cost - fit.cost + given.cost, mapper)
+    known = max([0.0, *(e.gain for e in competition.entries)])
+    if found and found[0].gain > max(THRESHOLD, HALF * known):
+        return found
+    views = [given, View(given.fit, white_noise(fit).noise)]
+    nothing = min(base.cost, *(v.cost for v in views), *(_settled(v).cost for v in views))
+    again = _paying(offered, views, nothing, mapper)
+    return max(again, found, key=lambda some: some[0].gain if some else 0.0)
 
 
 def beside(competition: Competition, mapper: Mapper) -> list[Site]:
@@ -61,7 +75,14 @@ def beside(competition: Competition, mapper: Mapper) -> list[Site]:
     best = competition.best
     if best is None or best.hypothesis.law or not _moves(best.fit):
         return []
-    return _paying(best.fit, 0.0, mapper)
+    offered, view = _offered(best.fit, mapper)
+    return _paying(offered, [view], view.cost, mapper)
+
+
+def _offered(fit: Fit, mapper: Mapper) -> tuple[list[list[Response]], View]:
+    """What every place's probes do to a fit, and that fit through its own noise."""
+    bare = plain(quick(fit))
+    return [*responses(bare, motions(bare), mapper)], View(bare, fit.problem.noise)
 
 
 def _moves(fit: Fit) -> bool:
@@ -73,52 +94,55 @@ def _moves(fit: Fit) -> bool:
     return asked and bool(np.isfinite(fit.cost))
 
 
-def _paying(fit: Fit, lost: float, mapper: Mapper) -> list[Site]:
-    """Places that pay, best first; ``lost`` as in `_site`."""
-    found = _asked(quick(fit), mapper)
-    return _probable([_site(n, c, lost) for n, c in found.items() if c.taken])
-
-
-def _asked(fit: Fit, mapper: Mapper) -> dict[str, Choice]:
-    """What every place's probes explain."""
-    runs, (q, _) = motions(fit), np.linalg.qr(fit.jacobian)
-    price = 0.5 * float(np.log(max(sum(run.count for run in fit.problem.runs), 2)))
+def _paying(
+    offered: Sequence[list[Response]], views: Sequence[View], nothing: float, mapper: Mapper
+) -> list[Site]:
+    """Places that pay, best first, through these views; gains are over the cost of ``nothing``."""
+    price = 0.5 * float(np.log(max(sum(run.count for run in views[0].fit.problem.runs), 2)))
+    rounds = ROUNDS if len(views) > 1 else 0
     found: dict[str, Choice] = {}
-    for kind in responses(fit, runs, q, mapper):
-        found |= of_places(kind, fit.residual, price)
-    return found
+    for kind, view in product(offered, views):
+        explained = partial(explain, view=view, price=price, nothing=nothing, rounds=rounds)
+        for name, choice in of_places(kind, view, explained, mapper).items():
+            found[name] = max(choice, found.get(name, choice), key=lambda c: c.gain)
+    return _probable([_site(n, c) for n, c in shared(found).items() if c.taken])
 
 
-def of_places(found: list[Response], residual: Array, price: float) -> dict[str, Choice]:
-    """Every place by itself; both of a kind together where the second pays for itself."""
-    by_place: dict[str, list[Response]] = {}
+def _settled(view: View) -> View:
+    """The same through the noise that retuning alone leaves there."""
+    return View(view.fit, own_models(view.problem.runs, view.left()))
+
+
+def of_places(
+    found: Sequence[Response], view: View, explained: Callable[[Offer], Choice], mapper: Mapper
+) -> dict[str, Choice]:
+    """What explains every place of a kind through a view, and two of a kind together."""
+    rows: dict[str, list[Response]] = {}
     for response in found:
-        by_place.setdefault(response.location, []).append(response)
-    result = {name: choose(own, residual, price) for name, own in by_place.items()}
+        rows.setdefault(response.location, []).append(response)
+    offers = dict(zip(rows, mapper(lambda own: Offer.of(own, view), rows.values()), strict=True))
     for both, (one, other) in PAIRS.items():
-        if one in by_place:
-            own, more = by_place[one], by_place[other]
-            union = choose([*own, *more, *_tied(both, own, more)], residual, price)
-            alone = max(result[one].gain, result[other].gain)
-            if union.gain > (1 + PART) * alone + THRESHOLD or both not in PARTS:
-                result[both] = union
-    return {n: c for n, c in result.items() if not n.startswith("belt") or n == "belts"}
+        if one in offers:
+            signs = (1.0, -1.0) if both == "belts" else (1.0,)
+            offers[both] = offers[one].beside(offers[other], both, signs)
+    asked = [n for n in offers if not n.startswith("belt") or n == "belts"]
+    return dict(zip(asked, mapper(explained, [offers[n] for n in asked]), strict=True))
 
 
-def _tied(both: str, one: list[Response], other: list[Response]) -> list[Response]:
-    """The same law at both places; of belts its mirror, too."""
-    signs = (1.0, -1.0) if both == "belts" else (1.0,)
-    return [
-        Response(both, a.state, a.word, a.change + np.float32(sign) * b.change, a.chosen)
-        for a, b in zip(one, other, strict=True)
-        for sign in signs
-    ]
+def shared(found: dict[str, Choice]) -> dict[str, Choice]:
+    """Places without those of two parts where the second does not pay for itself."""
+    alone = {
+        both: max(found[one].gain, found[other].gain)
+        for both, (one, other) in PARTS.items()
+        if both in found
+    }
+    lost = {n for n, gain in alone.items() if found[n].gain <= (1 + PART) * gain + THRESHOLD}
+    return {n: choice for n, choice in found.items() if n not in lost}
 
 
-def _site(name: str, choice: Choice, lost: float) -> Site:
-    """A place; ``lost`` is what the retuned machine gained [nats] by its own noise."""
+def _site(name: str, choice: Choice) -> Site:
     first = choice.taken[0]
-    return Site(name, choice.gain + lost, first.state, first.word)
+    return Site(name, choice.gain, first.state, first.word)
 
 
 def _probable(found: list[Site]) -> list[Site]:

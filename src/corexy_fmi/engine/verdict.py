@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from corexy_fmi.engine.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.prove import Proof
-from corexy_fmi.engine.site import Site
+from corexy_fmi.engine.site import HALF, Site
 from corexy_fmi.engine.specification import Leftover
 
 SURE = 0.95
-AGREES, HALF = 1.1, 0.5  # rms over noise; share of the excess removed
+AGREES = 1.1  # rms over noise
 CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
 MUTE = 6.0  # [nats] of contrast d up to which its scatter, sqrt(2 d), is most of a gain
 WORSE = 1.02  # of the retuned machine's held-out rms; right causes came to 1.004 at most
