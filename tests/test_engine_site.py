@@ -25,6 +25,7 @@ from corexy_fmi.engine.choice import ROUNDS, Choice, Offer, choose, explain
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise, own_noise, white_noise
+from corexy_fmi.engine.imposed import courses
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
@@ -58,6 +59,8 @@ DC = [
     (EffectUse("winding_lag", "motors", {"time_constant": 1e-3}), "motors", "voltage"),
     (EffectUse("torque_ripple", "motors", {"ratio": 0.2, "order": 7.0, "phase": 0.3}), "motors",
      "motor_angle"),
+    (EffectUse("belt_mismatch", "belts", {"ratio": 0.02}), "belts", "load"),
+    (EffectUse("belt_relaxation", "belts", {"ratio": 0.2, "time_constant": 0.3}), "belts", "load"),
 ]  # fmt: skip
 
 
@@ -81,9 +84,25 @@ def test_simple_laws_find_the_place(use, place, state):
 
 
 @pytest.mark.parametrize(("use", "place", "state"), DC, ids=[u.name for u, _, _ in DC])
-def test_a_dc_motor_is_asked_by_its_voltage(use, place, state):
+def test_places_are_found_in_a_closed_loop(use, place, state):
     found = asked("yin2018_dc", use, channels=("x", "y", "phi1_meas", "phi2_meas"))
     assert (found[0].location, found[0].state) == (place, state), found[:3]
+
+
+def test_on_the_course_that_its_motors_took_the_stage_does_the_same():
+    nominal = machine("yin2018_dc")
+    shown = record(nominal, rich_motion(), channels=("x", "y", "phi1_meas", "phi2_meas"))
+    fit = fitted(problem(shown, nominal))
+    (course,) = courses(fit)
+    for name, v in zip(
+        ("x", "y"), fit.problem.simulate(fit.u[None], 0, ("x", "y"))[0], strict=True
+    ):
+        assert course.shown[name] == pytest.approx(v, abs=5e-7)
+    still = np.zeros_like(shown.time)
+    for turns in ((still, still), (still + np.inf, still)):
+        off, volts = course.off(turns)  # a replay that breaks down tells nothing
+        assert set(off) == {"x", "y"}
+        assert not np.any([*off.values(), *volts])
 
 
 @pytest.mark.parametrize("nominal", ["yin2018", "light_bench", "yin2018_dc"])
