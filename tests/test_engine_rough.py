@@ -7,10 +7,14 @@ from typing import cast
 
 import numpy as np
 import pytest
+from engine_kit import DELAY, machine, problem, record, rich_motion, with_effects
 
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.rough import across, averaged, is_rough, softened, unstuck
+from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.rough import PAYS, across, averaged, is_rough, softened, unstuck
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
 
 RNG = np.random.default_rng(7)
 SIZE, SAMPLES, RIPPLE = 8, 600, 0.1
@@ -73,6 +77,16 @@ def test_a_fit_that_stopped_on_rough_ground_goes_on(cure, left) -> None:
     assert fit.cost > 80
     assert is_rough(fit)
     assert cure(fit).cost < left
+
+
+@pytest.mark.parametrize(
+    "use", [DELAY, EffectUse("sensor_lag", "sensor", {"time_constant": 0.01})], ids=["delay", "lag"]
+)
+def test_the_retuned_machine_is_no_dearer_than_steps_across_bends_take_it(use) -> None:
+    """A late sensor pulls friction to where short steps end 20 to 50 nats above what there is."""
+    shown = record(with_effects(machine(), use), rich_motion(), noise=1e-5, tracker=10)
+    found = retune(bundled_layout(), machine(), problem(shown, machine()).runs)
+    assert across(found).cost > found.cost - PAYS
 
 
 def test_averaged_slopes_are_those_of_the_bowl() -> None:

@@ -29,7 +29,8 @@ from corexy_fmi.engine.imposed import courses
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
-from corexy_fmi.engine.responses import Response
+from corexy_fmi.engine.probes import Probe
+from corexy_fmi.engine.responses import Response, moved
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, shared, sites
 from corexy_fmi.engine.specification import LEAST
@@ -100,9 +101,29 @@ def test_on_the_course_that_its_motors_took_the_stage_does_the_same():
         assert course.shown[name] == pytest.approx(v, abs=5e-7)
     still = np.zeros_like(shown.time)
     for turns in ((still, still), (still + np.inf, still)):
-        off, volts = course.off(turns)  # a replay that breaks down tells nothing
+        off, volts = course.off(turns, forced=True)  # a replay that breaks down tells nothing
         assert set(off) == {"x", "y"}
         assert not np.any([*off.values(), *volts])
+
+
+def test_what_pushes_a_stage_pushes_its_motors():
+    """A force on y: the response, scaled once, against the machine with that force."""
+    bare = machine("yin2018_dc")
+    push = {"amplitude": 0.02, "frequency": 1.8, "phase": 0.0}
+    kit = {"noise": 0.0, "channels": ("x", "y", "phi1_meas", "phi2_meas")}
+    still, moving = (
+        record(with_effects(bare, *uses), rich_motion(), **kit)
+        for uses in ((), (EffectUse("periodic_disturbance", "y", push),))
+    )
+    fit = plain(fitted(problem(still, bare), 0))
+    wave = np.sin(2 * np.pi * 1.8 * still.time)
+    found = moved(fit, Probe("y", "time", "", ((wave, -wave),)), 1e-5, courses(fit)).change
+    _, y, *motors = found.reshape(4, -1)
+    told = [moving.channels[n] - still.channels[n] for n in ("y", "phi1_meas", "phi2_meas")]
+    told = [t - t.mean() for t in told]
+    scale = -(told[0] @ y) / (y @ y)
+    for shown, change in zip(told, (y, *motors), strict=True):
+        assert np.std(shown + scale * change) < 0.3 * np.std(shown)
 
 
 @pytest.mark.parametrize("nominal", ["yin2018", "light_bench", "yin2018_dc"])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.holding import holding_stiffness
 from corexy_fmi.engine.samples import OUTPUT_OF
 from corexy_fmi.kernel.call import Array, Excitation
 from corexy_fmi.topology import STAGES
@@ -25,10 +26,13 @@ class Course:
     excitation: Excitation
     shown: Mapping[str, Array]
 
-    def off(self, turns: tuple[Array, Array]) -> tuple[dict[str, Array], tuple[Array, Array]]:
+    def off(
+        self, turns: tuple[Array, Array], forced: bool
+    ) -> tuple[dict[str, Array], tuple[Array, Array]]:
         """What changes (rows,) by channel where belts are off as if the motors were by so much
         [rad], and the voltages (rows,) [V] that pull alike on both motors; nothing where a
-        replay breaks down.
+        replay breaks down.  Where that stands for what is ``forced`` on the stage, eq. (15), no
+        belt is off, and its motors bear that force.
         """
         e = self.excitation
         moved = replace(e, input1=e.input1 + turns[0], input2=e.input2 + turns[1])
@@ -40,7 +44,9 @@ class Course:
         lever = machine.parameters["pulley_radius"] / self.fit.value("motor_torque_gain")
         tensions = np.array([change[f"tension{n + 1}"] for n in range(len(sections))])
         arms = np.array([[s.row.get(phi, 0) for s in sections] for phi in ("phi1", "phi2")])
-        one, two = -lever * (arms @ tensions)
+        held = _stiffness(self.fit) * machine.parameters["pulley_radius"]
+        borne = held * np.array(turns) if forced and whole else 0.0
+        one, two = lever * (borne - arms @ tensions)
         channels = _channels(self.fit, self.run)
         return {c: change[OUTPUT_OF[c]] for c in channels}, (one, two)
 
@@ -53,6 +59,12 @@ def courses(fit: Fit) -> list[Course]:
         e = replace(run.excitation, mode="angles", input1=one, input2=two, first_angles=None)
         found.append(Course(fit, r, e, _simulated(fit, r, e)))
     return found
+
+
+def _stiffness(fit: Fit) -> float:
+    """What one belt holds the stage by [N/m], k_e of eq. (15)."""
+    machine, key = fit.problem.machine, "belt_axial_stiffness"
+    return 0.5 * holding_stiffness(machine) * fit.value(key) / machine.parameters[key]
 
 
 def _channels(fit: Fit, run: int) -> list[str]:

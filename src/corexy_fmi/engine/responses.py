@@ -50,14 +50,23 @@ def moved(fit: Fit, probe: Probe, size: float, held: Sequence[Course] = ()) -> R
         change = scale * added(fit, rest)
     elif held and not probe.volts:
         turns = [(scale * a, scale * b) for a, b in probe.turns]
-        found = [course.off(pair) for course, pair in zip(held, turns, strict=True)]
-        pull = replace(probe, turns=tuple(volts for _, volts in found), volts=True)
-        change = added(fit, [off for off, _ in found]) + _replayed(fit, pull, 1.0)
+        forced = probe.location in ("x", "y")
+        found = [course.off(pair, forced) for course, pair in zip(held, turns, strict=True)]
+        change = added(fit, [off for off, _ in found]) + _pulled(fit, [v for _, v in found])
     else:
         change = _replayed(fit, probe, scale)
     chosen = float(np.log(len(fit.residual))) if probe.word.startswith(TONE) else 0.0
     change = (change / scale).astype(np.float32)
     return Response(probe.location, probe.state, probe.word, change, chosen)
+
+
+def _pulled(fit: Fit, volts: list[tuple[Array, Array]]) -> Array:
+    """Change of the residual (samples,) by voltages on the motors, told from small ones: friction
+    lets a loop answer large ones otherwise.
+    """
+    most = max(float(np.abs(v).max()) for pair in volts for v in pair)
+    share = min(VOLTS / max(most, 1e-30), 1.0)
+    return _replayed(fit, Probe("", "", "", tuple(volts), volts=True), share) / share
 
 
 def _replayed(fit: Fit, probe: Probe, scale: float) -> Array:

@@ -13,7 +13,7 @@ from corexy_fmi.engine.micro_step import AT_EASE
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.restart import begun, best
-from corexy_fmi.engine.rough import unstuck
+from corexy_fmi.engine.rough import PAYS, across, unstuck
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.slopes import BROKEN
 from corexy_fmi.engine.starts import stiffened
@@ -30,7 +30,13 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     problem = Problem(layout, machine, runs, noise)
     first = minimise(problem, best(begun(problem, clock.start(problem), mapper=mapper)).u, 15)
     cleaned = replace(problem, runs=without_spikes(first))
-    return settle(unstuck(minimise(_quick(cleaned, first.u), first.u)))
+    return _carried(settle(unstuck(minimise(_quick(cleaned, first.u), first.u))))
+
+
+def _carried(fit: Fit) -> Fit:
+    """The fit carried on across bends under its own noise, where that pays."""
+    on = across(fit)
+    return fit if on.cost > fit.cost - PAYS else best([fit, settle(on)])
 
 
 def quick(fit: Fit) -> Fit:
