@@ -78,9 +78,10 @@ def _replayed(fit: Fit, probe: Probe, scale: float) -> Array:
         if probe.volts and e.mode == "closed_loop":
             a, b = (_reference(v, e) for v in (a, b))
         runs.append(replace(run, excitation=replace(e, input1=e.input1 + a, input2=e.input2 + b)))
-    count = sum(run.count for run in runs)
-    off = replace(fit.problem, runs=tuple(runs)).residual(fit.u[None])[0, :count]
-    return np.asarray(off - fit.residual[:count])
+    off = replace(fit.problem, runs=tuple(runs))
+    errors = [off.errors(fit.u[None], r) for r in range(len(runs))]
+    white = np.concatenate([fit.problem.whiten(e, r)[0] for r, e in enumerate(errors)])
+    return np.asarray(white - fit.residual[: len(white)])
 
 
 def _reference(volts: Array, e: Excitation) -> Array:
