@@ -114,7 +114,7 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
     for hat in _hats(places, _range(places, PLACE_KNOTS)):
         yield "position", "position", hat
         yield "position", "friction by position", [h * d for h, d in zip(hat, turns, strict=True)]
-    yield "position", "a steady pull", [np.ones_like(p) for p in places]
+    yield "constant", "a steady pull", [np.ones_like(p) for p in places]
     yield "position", "a spring", places
     spots = _range(places, FINE)
     for spot, hat in zip(spots, _hats(places, spots), strict=True):
