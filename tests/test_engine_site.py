@@ -106,9 +106,11 @@ def test_on_the_course_that_its_motors_took_the_stage_does_the_same():
         assert not np.any([*off.values(), *volts])
 
 
-def test_what_pushes_a_stage_pushes_its_motors():
+@pytest.mark.parametrize("fixed", [(), ("motor_torque_gain", "belt_axial_stiffness")])
+def test_what_pushes_a_stage_pushes_its_motors(fixed):
     """A force on y: the response, scaled once, against the machine with that force."""
     bare = machine("yin2018_dc")
+    bare = replace(bare, rel_std=bare.rel_std | dict.fromkeys(fixed, 0.0))
     push = {"amplitude": 0.02, "frequency": 1.8, "phase": 0.0}
     kit = {"noise": 0.0, "channels": ("x", "y", "phi1_meas", "phi2_meas")}
     still, moving = (

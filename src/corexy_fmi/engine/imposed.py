@@ -13,6 +13,7 @@ import numpy as np
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.holding import holding_stiffness
 from corexy_fmi.engine.samples import OUTPUT_OF
+from corexy_fmi.engine.unknowns import PLACES
 from corexy_fmi.kernel.call import Array, Excitation
 from corexy_fmi.topology import STAGES
 
@@ -41,7 +42,7 @@ class Course:
         change = {n: v - self.shown[n] if whole else np.zeros_like(v) for n, v in there.items()}
         machine = self.fit.problem.machine
         sections = STAGES[machine.stage].sections
-        lever = machine.parameters["pulley_radius"] / self.fit.value("motor_torque_gain")
+        lever = machine.parameters["pulley_radius"] / _nominal(self.fit, "motor_torque_gain")
         tensions = np.array([change[f"tension{n + 1}"] for n in range(len(sections))])
         arms = np.array([[s.row.get(phi, 0) for s in sections] for phi in ("phi1", "phi2")])
         held = _stiffness(self.fit) * machine.parameters["pulley_radius"]
@@ -64,7 +65,12 @@ def courses(fit: Fit) -> list[Course]:
 def _stiffness(fit: Fit) -> float:
     """What one belt holds the stage by [N/m], k_e of eq. (15)."""
     machine, key = fit.problem.machine, "belt_axial_stiffness"
-    return 0.5 * holding_stiffness(machine) * fit.value(key) / machine.parameters[key]
+    return 0.5 * holding_stiffness(machine) * _nominal(fit, key) / machine.parameters[key]
+
+
+def _nominal(fit: Fit, name: str) -> float:
+    """A nominal parameter, whether it is fitted or not."""
+    return float(fit.problem.vectors(fit.u[None], 0)[0, PLACES[name]])
 
 
 def _channels(fit: Fit, run: int) -> list[str]:
