@@ -60,6 +60,7 @@ DC = [
     (EffectUse("winding_lag", "motors", {"time_constant": 1e-3}), "motors", "voltage"),
     (EffectUse("torque_ripple", "motors", {"ratio": 0.2, "order": 7.0, "phase": 0.3}), "motors",
      "motor_angle"),
+    (EffectUse("driver_deadband", "motors", {"voltage": 0.02}), "motors", "voltage"),
     (EffectUse("belt_mismatch", "belts", {"ratio": 0.02}), "belts", "load"),
     (EffectUse("belt_relaxation", "belts", {"ratio": 0.2, "time_constant": 0.3}), "belts", "load"),
 ]  # fmt: skip

@@ -18,6 +18,7 @@ from corexy_fmi.engine.spread import TIMES
 from corexy_fmi.kernel.call import Array
 
 WAVES = (*range(1, 61), 100, 200)  # over a turn of a motor
+NEAR_ZERO = (0.003, 0.01, 0.03, 0.1)  # shares of a motor's largest voltage that count as small
 OF_VOLTS = (*range(1, 26), 50, 100, 200)  # the same of a dc motor's torque
 SLOW = 0.02  # share of the highest speed over which a direction turns
 FADES = (1.0, 4.0, 16.0)  # [s] of what fades from the beginning
@@ -97,6 +98,10 @@ def of_voltage(runs: list[Motion], motor: str) -> Iterator[Function]:
                 [w * v for w, v in zip(waves, volts, strict=True)],
             )
     yield "voltage", "its sign", [direction(v) for v in volts]
+    most = max(float(np.abs(v).max()) for v in volts) or 1.0
+    for share in NEAR_ZERO:
+        small = [v / (share * most) for v in volts]
+        yield "voltage", "what is small of it", [v * np.exp(-(v**2)) for v in small]
     yield "voltage", "its cube", [v**3 for v in volts]
     yield "voltage", "its rate", [np.gradient(v, m.time) for v, m in zip(volts, runs, strict=True)]
 
