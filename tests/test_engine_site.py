@@ -22,6 +22,7 @@ from engine_kit import (
 
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.choice import ROUNDS, Choice, Offer, choose, explain
+from corexy_fmi.engine.document import whereabouts
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise, own_noise, white_noise
@@ -33,7 +34,7 @@ from corexy_fmi.engine.probes import Probe
 from corexy_fmi.engine.responses import Response, moved
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, shared, sites
-from corexy_fmi.engine.specification import LEAST
+from corexy_fmi.engine.specification import LEAST, Leftover
 from corexy_fmi.engine.spots import best_law
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
@@ -318,6 +319,25 @@ def test_a_choice_is_judged_through_the_noise_that_it_leaves():
     told = explain(Offer.of([wave], least), least, 5.0, coloured.cost, ROUNDS)
     assert told.gain > alone.gain + 50
     assert told.taken == (wave,)
+
+
+def test_what_the_data_chose_costs_its_choice():
+    """A tone that was read off the mismatch is one of as many as there are samples."""
+    fit, wave = shaken(3 * NOISE)
+    view = View(plain(fit), white_noise(fit).noise)
+    law, tone, one_of_all = (
+        explain(Offer.of([replace(wave, chosen=chosen)], view), view, 5.0, view.cost, 0)
+        for chosen in (0.0, 7.0, 1e6)
+    )
+    assert tone.gain == pytest.approx(law.gain - 7)
+    assert one_of_all.taken == ()
+
+
+@pytest.mark.parametrize(("gain", "place"), [(62.0, "x"), (479.0, "motor2")])
+def test_what_is_left_is_told_as_the_place_where_it_is_most_of_it(gain, place):
+    refuted = said("explained", "x", gain=360.0).entry
+    left = Leftover(gain, 8.0, "speed of motor 2", "x")
+    assert whereabouts(Verdict("unexplained", None, refuted=refuted, left=left), None)[0] == place
 
 
 def test_through_a_view_nothing_is_gained_by_what_is_not_there():

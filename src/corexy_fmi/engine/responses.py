@@ -54,7 +54,7 @@ def moved(fit: Fit, probe: Probe, size: float, held: Sequence[Course] = ()) -> R
         found = [course.off(pair, forced) for course, pair in zip(held, turns, strict=True)]
         change = added(fit, [off for off, _ in found]) + _pulled(fit, [v for _, v in found])
     else:
-        change = _replayed(fit, probe, scale)
+        change = _replayed(fit, probe.turns, probe.volts, scale)
     chosen = float(np.log(len(fit.residual))) if probe.word.startswith(TONE) else 0.0
     change = (change / scale).astype(np.float32)
     return Response(probe.location, probe.state, probe.word, change, chosen)
@@ -66,16 +66,18 @@ def _pulled(fit: Fit, volts: list[tuple[Array, Array]]) -> Array:
     """
     most = max(float(np.abs(v).max()) for pair in volts for v in pair)
     share = min(VOLTS / max(most, 1e-30), 1.0)
-    return _replayed(fit, Probe("", "", "", tuple(volts), volts=True), share) / share
+    return _replayed(fit, volts, True, share) / share
 
 
-def _replayed(fit: Fit, probe: Probe, scale: float) -> Array:
-    """Change of the residual (samples,) by commands that are off by so much of a probe."""
+def _replayed(fit: Fit, pairs: Sequence[tuple[Array, Array]], volts: bool, scale: float) -> Array:
+    """Change of the residual (samples,) by commands, or voltages, that are off by so much of these
+    pairs, one for each run.
+    """
     runs = []
-    for run, pair in zip(fit.problem.runs, probe.turns, strict=True):
+    for run, pair in zip(fit.problem.runs, pairs, strict=True):
         e = run.excitation
         a, b = (scale * v for v in pair)
-        if probe.volts and e.mode == "closed_loop":
+        if volts and e.mode == "closed_loop":
             a, b = (_reference(v, e) for v in (a, b))
         runs.append(replace(run, excitation=replace(e, input1=e.input1 + a, input2=e.input2 + b)))
     off = replace(fit.problem, runs=tuple(runs))
