@@ -7,12 +7,12 @@
 
 EXPORT stage *probe_new(int topology, int drive, const double *parameter, const double *angles)
 {
-    const lane deflection[2] = {{0}, {0}};
+    const lane first[2] = {{angles[0]}, {angles[1]}}, rest[4] = {{0}};
     stage *s = calloc(1, sizeof *s);
     s->topology = topology;
     s->drive = drive;
     for (int i = 0; i < PARAMETER_COUNT; i++) s->parameter[i][0] = parameter[i];
-    stage_begin(s, 0.0, angles, deflection);
+    stage_begin(s, 0.0, first, rest);
     return s;
 }
 
@@ -24,15 +24,15 @@ EXPORT void probe_set(stage *s, const double *q, const double *v)
         s->q[i][0] = q[i];
         s->v[i][0] = s->before[i][0] = v[i];
     }
-    for (int i = 0; i < 2; i++) s->input[i] = q[2 + i];
+    for (int i = 0; i < 2; i++) s->input[i][0] = q[2 + i];
     s->input_time = s->time;
 }
 
 EXPORT void probe_drive(stage *s, const double *rates, const double *volts)
 {
     for (int i = 0; i < 2; i++) {
-        s->input[i] = s->q[2 + i][0];
-        s->input_rate[i] = rates[i];
+        s->input[i][0] = s->q[2 + i][0];
+        s->input_rate[i][0] = rates[i];
         s->voltage[i][0] = volts[i];
     }
     s->input_time = s->time;

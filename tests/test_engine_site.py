@@ -100,12 +100,16 @@ def test_on_the_course_that_its_motors_took_the_stage_does_the_same():
     for name, v in zip(
         ("x", "y"), fit.problem.simulate(fit.u[None], 0, ("x", "y"))[0], strict=True
     ):
-        assert course.shown[name] == pytest.approx(v, abs=5e-7)
-    still = np.zeros_like(shown.time)
-    for turns in ((still, still), (still + np.inf, still)):
-        off, volts = course.off(turns, forced=True)  # a replay that breaks down tells nothing
-        assert set(off) == {"x", "y"}
-        assert not np.any([*off.values(), *volts])
+        assert course.shown[name][0] == pytest.approx(v, abs=5e-7)
+    turns = np.zeros((2, 3, len(shown.time)))
+    turns[0, 1:] = [[np.inf], [1e-4]]
+    off, volts = course.off(turns, forced=True)  # a replay that breaks down tells nothing
+    assert set(off) == {"x", "y"}
+    for told in (*off.values(), *volts):
+        assert np.isfinite(told).all()
+        assert not told[:2].any()
+    for told in (off["x"], volts[0]):
+        assert told[2].any()  # and leaves those beside it alone
 
 
 @pytest.mark.parametrize("fixed", [(), ("motor_torque_gain", "belt_axial_stiffness")])
@@ -121,8 +125,9 @@ def test_what_pushes_a_stage_pushes_its_motors(fixed):
     )
     fit = plain(fitted(problem(still, bare), 0))
     wave = np.sin(2 * np.pi * 1.8 * still.time)
-    found = moved(fit, Probe("y", "time", "", ((wave, -wave),)), 1e-5, courses(fit)).change
-    _, y, *motors = found.reshape(4, -1)
+    probe = Probe("y", "time", "", ((wave, -wave),))
+    (found,) = moved(fit, [probe], 1e-5, courses(fit))
+    _, y, *motors = found.change.reshape(4, -1)
     told = [moving.channels[n] - still.channels[n] for n in ("y", "phi1_meas", "phi2_meas")]
     told = [t - t.mean() for t in told]
     scale = -(told[0] @ y) / (y @ y)

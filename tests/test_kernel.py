@@ -188,6 +188,8 @@ def test_shapes_are_checked():
         run(Excitation(time, time, time), vector()[:-1])
     with pytest.raises(ValueError, match=r"rest .*expected \(1, 4\)"):
         run(Excitation(time, time, time), vector(), rest=np.zeros((1, 2)))
+    with pytest.raises(ValueError, match=r"inputs .*expected \(2, 1, 5\)"):
+        run(Excitation(time, time, time), vector(), inputs=np.zeros((2, 5)))
 
 
 def test_elementary_functions():

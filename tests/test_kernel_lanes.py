@@ -111,6 +111,29 @@ def test_lanes_take_their_own_rest():
         assert np.array_equal(alone, together[n])
 
 
+@pytest.mark.parametrize("sets", [1, 10])
+@pytest.mark.parametrize("lead", [0.0, 0.02])
+@pytest.mark.parametrize("mode", ["stepper", "angles", "closed_loop", "voltages"])
+@pytest.mark.parametrize("fidelity", ["full", "reduced", "kinematic"])
+def test_lanes_take_their_own_inputs(fidelity, mode, lead, sets):
+    """Swept, row by row where a hook runs, in a loop, from volts; at rest and moving at first."""
+    dc = mode not in ("stepper", "angles")
+    if fidelity == "kinematic" and dc:
+        return
+    lag = ("sensor_lag", "sensor", start_values(catalogue()["sensor_lag"]))
+    hook = [lag] if mode == "angles" else []
+    given = replace(excitation(dc), lead=lead, mode="angles" if not dc else mode)
+    course = np.array([given.input1, given.input2])[:, None]
+    inputs = course * np.linspace(0.5, 1.5, sets)[:, None] + np.linspace(0, 0.1, sets)[:, None]
+    vectors, options = np.tile(vector(effects=hook), (sets, 1)), {"fidelity": fidelity, "dc": dc}
+    together = run_lanes(bundled_layout(), given, vectors, inputs=inputs, limit=STEP, **options)
+    for n in range(sets):
+        own = replace(given, input1=inputs[0, n], input2=inputs[1, n])
+        alone = run_lanes(bundled_layout(), own, vectors[:1], limit=STEP, **options)[0]
+        assert np.array_equal(alone, together[n])
+    assert sets == 1 or not np.array_equal(together[0], together[-1])
+
+
 def test_neutral_effects_leave_bits_and_step():
     """Other parameters of an effect that is off do not matter either."""
     bare, layout = vector(), bundled_layout()

@@ -74,12 +74,13 @@ def test_the_step_is_the_kernels_on_other_stages(changes):
 def test_nothing_cached_runs_in_python_and_gives_the_same(bare, tmp_path):
     chosen, drive = machine(), few_rows(machine())
     vectors = np.array([machine_vector(chosen), machine_vector(with_effects(chosen, DELAY))])
-    kernel = run_lanes(bundled_layout(), drive, vectors)
+    inputs = np.array([drive.input1, drive.input2])[:, None] * np.array([1.0, 0.8])[:, None]
+    kernel = run_lanes(bundled_layout(), drive, vectors, inputs=inputs)
     call.has_kernel.cache_clear()
     call._library.cache_clear()
     bare.setenv("COREXY_CACHE", str(tmp_path))
     assert not call.has_kernel(bundled_layout(), call.LANES)
-    slow = run_lanes(bundled_layout(), drive, vectors)
+    slow = run_lanes(bundled_layout(), drive, vectors, inputs=inputs)
     assert np.ptp(kernel) > 1e-4
     np.testing.assert_allclose(slow, kernel, rtol=0, atol=1e-11)
 

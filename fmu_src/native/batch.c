@@ -16,11 +16,13 @@ enum { ANGLES = 0, VOLTAGES = 1, CLOSED_LOOP = 2 };
 
 typedef struct {
     int rows, mode, topology, drive, sets;
-    const double *time, *input1, *input2; /* [rows]: angles [rad], voltages [V] or references [rad] */
+    int apart;                            /* each set has inputs of its own */
+    const double *time, *input1, *input2; /* [rows]; [sets][rows]: angles, voltages [V] or references [rad] */
     double kp, kd, rate_weight;           /* gains of the loop, share of the reference's rate */
-    double limit, angle1, angle2;         /* longest micro-step [s] or 0, first angles [rad] */
+    double limit;                         /* longest micro-step [s] or 0 */
     double lead;                          /* [s] of motion at the first rate before the first row; 0: at rest */
     const double *parameter;              /* [sets][PARAMETER_COUNT] */
+    const double *first;                  /* [sets][2] angles [rad] */
     const double *rest;                   /* [sets][4]: see stage_begin */
     const double *push;                   /* [sets][8] where a lead ends: see stage_push */
     const int *channel;                   /* outputs wanted, [channels] */
@@ -29,6 +31,8 @@ typedef struct {
     double step;                          /* longest micro-step of the last LANES sets [s] */
 } batch;
 
+typedef const double *course[2][LANES]; /* what drives each lane, [rows] */
+
 /* slope of an input over the interval that starts at a row; 0 after the last */
 static double slope(const batch *b, const double *input, int row)
 {
@@ -36,25 +40,28 @@ static double slope(const batch *b, const double *input, int row)
     return (input[row + 1] - input[row]) / (b->time[row + 1] - b->time[row]);
 }
 
-static void set_voltage(stage *s, const batch *b, int row)
+/* volts by which a loop follows a reference */
+static double looped(const stage *s, const batch *b, int i, int l, double reference, double rate)
 {
-    const double *input[2] = {b->input1, b->input2};
-    for (int i = 0; i < 2; i++) {
-        const double u = input[i][row], rate = slope(b, input[i], row);
-        for (int l = 0; l < LANES; l++)
-            s->voltage[i][l] = b->mode == VOLTAGES
-                ? u
-                : b->kp * (u - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
-    }
+    return b->kp * (reference - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
 }
 
-static void set_angles(stage *s, const batch *b, int row)
+static void set_voltage(stage *s, const batch *b, course input, int row)
 {
-    const double *input[2] = {b->input1, b->input2};
-    for (int i = 0; i < 2; i++) {
-        s->input[i] = input[i][row];
-        s->input_rate[i] = slope(b, input[i], row);
-    }
+    for (int i = 0; i < 2; i++)
+        for (int l = 0; l < LANES; l++) {
+            const double u = input[i][l][row];
+            s->voltage[i][l] = b->mode == VOLTAGES ? u : looped(s, b, i, l, u, slope(b, input[i][l], row));
+        }
+}
+
+static void set_angles(stage *s, const batch *b, course input, int row)
+{
+    for (int i = 0; i < 2; i++)
+        for (int l = 0; l < LANES; l++) {
+            s->input[i][l] = input[i][l][row];
+            s->input_rate[i][l] = slope(b, input[i][l], row);
+        }
     s->input_time = b->time[row];
 }
 
@@ -74,28 +81,29 @@ static void record(stage *s, const batch *b, double *const *out, int row)
 }
 
 /* what drives the stage a while before the first row, as the first interval goes on backwards */
-static void drive_before(stage *s, const batch *b, double ahead)
+static void drive_before(stage *s, const batch *b, course input, double ahead)
 {
-    const double *input[2] = {b->input1, b->input2};
-    for (int i = 0; i < 2; i++) {
-        const double rate = slope(b, input[i], 0), u = input[i][0] - rate * ahead;
-        s->input[i] = u;
-        s->input_rate[i] = rate;
-        for (int l = 0; l < LANES && b->mode == CLOSED_LOOP; l++)
-            s->voltage[i][l] = b->kp * (u - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
-    }
+    for (int i = 0; i < 2; i++)
+        for (int l = 0; l < LANES; l++) {
+            const double rate = slope(b, input[i][l], 0), u = input[i][l][0] - rate * ahead;
+            s->input[i][l] = u;
+            s->input_rate[i][l] = rate;
+            if (b->mode == CLOSED_LOOP) s->voltage[i][l] = looped(s, b, i, l, u, rate);
+        }
     s->input_time = b->time[0] - ahead;
 }
 
 /* evenly up to the first row, by the loop's own clock, then off by as much as each set says */
-static void lead_in(stage *s, const batch *b, int first)
+static void lead_in(stage *s, const batch *b, course input, int first)
 {
-    const double rates[2] = {slope(b, b->input1, 0), slope(b, b->input2, 0)};
+    lane rates[2];
     const int rows = b->mode == CLOSED_LOOP ? (int)(b->lead / (b->time[1] - b->time[0]) + 0.5) : 1;
     lane push[8];
-    stage_set_off(s, rates);
+    for (int i = 0; i < 2; i++)
+        for (int l = 0; l < LANES; l++) rates[i][l] = slope(b, input[i][l], 0);
+    stage_set_off(s, (const lane *)rates);
     for (int n = 0; n < rows; n++) {
-        drive_before(s, b, b->lead * (rows - n) / rows);
+        drive_before(s, b, input, b->lead * (rows - n) / rows);
         stage_advance(s, b->lead / rows, b->step);
     }
     s->time = s->begun = b->time[0];
@@ -104,47 +112,46 @@ static void lead_in(stage *s, const batch *b, int first)
     stage_push(s, (const lane *)push);
 }
 
-static void begin(stage *s, batch *b, int first)
+static void begin(stage *s, batch *b, course input, int first)
 {
     const int leads = b->lead > 0 && b->rows > 1 && b->mode != VOLTAGES;
     const double ahead = leads ? b->lead : 0.0;
-    const double angles[2] = {b->angle1 - ahead * slope(b, b->input1, 0),
-                              b->angle2 - ahead * slope(b, b->input2, 0)};
-    lane rest[4];
+    lane angles[2], rest[4];
     memset(s, 0, offsetof(stage, ring_time));
     s->topology = b->topology;
     s->drive = b->drive;
     for (int l = 0; l < LANES; l++) {
         const size_t set = set_of(b, first, l);
+        for (int i = 0; i < 2; i++)
+            angles[i][l] = b->first[2 * set + i] - ahead * slope(b, input[i][l], 0);
         for (int i = 0; i < 4; i++) rest[i][l] = b->rest[4 * set + i];
         for (int i = 0; i < PARAMETER_COUNT; i++)
             s->parameter[i][l] = b->parameter[set * PARAMETER_COUNT + i];
     }
-    stage_begin(s, b->time[0] - ahead, angles, (const lane *)rest);
+    stage_begin(s, b->time[0] - ahead, (const lane *)angles, (const lane *)rest);
     b->step = b->limit > 0 ? b->limit : stage_step_limit(s);
-    if (leads) lead_in(s, b, first);
+    if (leads) lead_in(s, b, input, first);
 }
 
 /* whether all rows may be run at once */
-static int swept(const stage *s, const batch *b, sweep *w)
+static int swept(const stage *s, const batch *b, course input, sweep *w)
 {
     if (b->mode != ANGLES || b->channels > SEEN || !stage_sweeps(s)) return 0;
     for (int c = 0; c < b->channels; c++)
         if (!(w->seen[c] = stage_seen(s, b->channel[c]))) return 0;
     w->rows = b->rows;
     w->time = b->time;
-    w->input[0] = b->input1;
-    w->input[1] = b->input2;
+    memcpy(w->input, input, sizeof w->input);
     w->limit = b->step;
     w->channels = b->channels;
     return 1;
 }
 
-static void run_row_by_row(stage *s, const batch *b, double *const *out)
+static void run_row_by_row(stage *s, const batch *b, course input, double *const *out)
 {
     for (int row = 0; row < b->rows; row++) {
-        if (b->mode == ANGLES) set_angles(s, b, row);
-        else set_voltage(s, b, row);
+        if (b->mode == ANGLES) set_angles(s, b, input, row);
+        else set_voltage(s, b, input, row);
         record(s, b, out, row);
         if (row + 1 < b->rows) {
             stage_advance(s, b->time[row + 1] - b->time[row], b->step);
@@ -156,11 +163,16 @@ static void run_row_by_row(stage *s, const batch *b, double *const *out)
 static void run(stage *s, batch *b, int first)
 {
     sweep w = {0};
-    for (int l = 0; l < LANES; l++)
-        w.out[l] = b->out + set_of(b, first, l) * (size_t)b->channels * (size_t)b->rows;
-    begin(s, b, first);
-    if (!swept(s, b, &w)) {
-        run_row_by_row(s, b, w.out);
+    course input;
+    for (int l = 0; l < LANES; l++) {
+        const size_t set = set_of(b, first, l), rows = (size_t)b->rows;
+        w.out[l] = b->out + set * (size_t)b->channels * rows;
+        input[0][l] = b->input1 + (b->apart ? set * rows : 0);
+        input[1][l] = b->input2 + (b->apart ? set * rows : 0);
+    }
+    begin(s, b, input, first);
+    if (!swept(s, b, input, &w)) {
+        run_row_by_row(s, b, input, w.out);
         return;
     }
     record(s, b, w.out, 0);

@@ -174,8 +174,7 @@ int slave_outputs(slave *s, char *why)
 
 int slave_start(slave *s, char *why)
 {
-    const double angles[2] = {s->input[ANGLE], s->input[ANGLE + 1]};
-    const lane rest[4] = {{0}};
+    const lane angles[2] = {{s->input[ANGLE]}, {s->input[ANGLE + 1]}}, rest[4] = {{0}};
     if (!slave_check_parameters(s, why)) return 0;
     s->stage.topology = s->choice[CHOICE_FIDELITY];
     s->stage.drive = s->choice[CHOICE_DRIVE];
@@ -209,8 +208,8 @@ static void apply_angle(slave *s, int i, double duration)
 {
     const int ramped = s->choice[CHOICE_INTERPOLATION] == RAMPED && !s->has_slope[i];
     const double rate = s->has_slope[i] ? s->slope[i] : s->input[RATE + i];
-    s->stage.input[i] = ramped ? s->reached[i] : s->input[ANGLE + i];
-    s->stage.input_rate[i] = ramped ? (s->input[ANGLE + i] - s->reached[i]) / duration : rate;
+    s->stage.input[i][0] = ramped ? s->reached[i] : s->input[ANGLE + i];
+    s->stage.input_rate[i][0] = ramped ? (s->input[ANGLE + i] - s->reached[i]) / duration : rate;
     s->reached[i] = ramped ? s->input[ANGLE + i] : s->input[ANGLE + i] + rate * duration;
 }
 

@@ -55,13 +55,12 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 
 static void set_command(stage *s, double time)
 {
-    for (int i = 0; i < 2; i++) {
-        const double angle = s->input[i] + s->input_rate[i] * (time - s->input_time);
+    const double since = time - s->input_time;
+    for (int i = 0; i < 2; i++)
         EACH {
-            s->command[i][l] = angle;
-            s->command_rate[i][l] = s->input_rate[i];
+            s->command[i][l] = s->input[i][l] + s->input_rate[i][l] * since;
+            s->command_rate[i][l] = s->input_rate[i][l];
         }
-    }
     run_port(s, PORT_COMMAND);
 }
 
@@ -236,7 +235,8 @@ static void run_rows(stage *s, sweep *w)
     const double before = at->count > 1 ? at->start + (double)(at->count - 1) * at->step : at->start;
     s->step = at->step;
     s->input_time = at->since;
-    for (int i = 0; i < 2; i++) { s->input[i] = at->angle[i]; s->input_rate[i] = at->rate[i]; }
+    memcpy(s->input, at->angle, sizeof s->input);
+    memcpy(s->input_rate, at->rate, sizeof s->input_rate);
     s->now = 0.5 * (before + end);
     s->elapsed = s->now - s->begun;
     set_command(s, s->now);
@@ -265,8 +265,10 @@ void stage_advance(stage *s, double duration, double limit)
     s->step = duration / (double)count;
     set_kick(s, s->step);
     if (s->plain) {
-        sweep one = {.part = {{start, duration, s->step, {s->input[0], s->input[1]},
-                               {s->input_rate[0], s->input_rate[1]}, s->input_time, count}}};
+        sweep one = {.part = {{.start = start, .duration = duration, .step = s->step,
+                               .since = s->input_time, .count = count}}};
+        memcpy(one.part[0].angle, s->input, sizeof s->input);
+        memcpy(one.part[0].rate, s->input_rate, sizeof s->input_rate);
         run_rows(s, &one);
         return;
     }

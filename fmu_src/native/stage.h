@@ -35,7 +35,8 @@ typedef struct {
     double now, step;            /* middle of the running micro-step [s], its length [s] */
     double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
     double time;                 /* [s] of the state below */
-    double input[2], input_rate[2], input_time; /* commanded angles, ramping from input_time */
+    double input_time;
+    lane input[2], input_rate[2]; /* commanded angles, ramping from input_time */
     lane parameter[PARAMETER_COUNT];
     lane memory[MEMORY_COUNT + 1];
     /* constants that follow from the parameters */
@@ -69,7 +70,8 @@ typedef struct {
 /* from one row to the next: motors turn evenly */
 typedef struct {
     double start, duration, step;    /* [s] */
-    double angle[2], rate[2], since; /* [rad], [rad/s] from a time [s] */
+    double since;                    /* [s], when the angles were */
+    lane angle[2], rate[2];          /* [rad], [rad/s] */
     long long count;                 /* of micro-steps */
 } interval;
 
@@ -78,7 +80,7 @@ typedef struct {
     interval part[2];                /* in turns the one that runs, and the one behind it */
     int turn;                        /* which of them is the one behind */
     int row, rows;                   /* the row that is reached, how many there are */
-    const double *time, *input[2];   /* [rows] [s], motor angles [rad] */
+    const double *time, *input[2][LANES]; /* [rows] [s], motor angles [rad] */
     double limit;                    /* longest micro-step [s] */
     int channels;
     const lane *seen[SEEN];          /* what is kept of each row, [channels] */
@@ -87,10 +89,10 @@ typedef struct {
 
 /* begin a run at rest: parameters are set, inputs hold the first angles [rad]; rest: how far x and
  * y are off [m], then, motor by motor, how much of their friction its last turn left the idlers */
-void stage_begin(stage *s, double time, const double *angles, const lane *rest);
+void stage_begin(stage *s, double time, const lane *angles, const lane *rest);
 
 /* from where it rests into even motion: motors at these rates [rad/s], belts neither pull nor give */
-void stage_set_off(stage *s, const double *rates);
+void stage_set_off(stage *s, const lane *rates);
 
 /* off by so much, idlers along: x, y, both motors in place [m, rad], then in speed */
 void stage_push(stage *s, const lane *push);

@@ -157,14 +157,15 @@ static void hold_idlers(stage *s, const table *t, const lane *held, lane *torque
 }
 
 /* positions at rest: the motors' angles, the axes displaced from them, idlers held by friction */
-static void place_at(stage *s, double time, const double *angles, const lane *rest)
+static void place_at(stage *s, double time, const lane *angles, const lane *rest)
 {
     table *t = &TOPOLOGIES[s->topology];
     lane torque[COORDINATES], balance[2];
     hold_idlers(s, t, rest + 2, torque, balance);
     s->time = s->now = s->input_time = s->begun = time;
     s->elapsed = 0;
-    for (int i = 0; i < 2; i++) { s->input[i] = angles[i]; s->input_rate[i] = 0; }
+    memcpy(s->input, angles, sizeof s->input);
+    memset(s->input_rate, 0, sizeof s->input_rate);
     set_command(s, time);
     for (int i = 0; i < 2; i++) EACH s->q[2 + i][l] = s->command[i][l];
     run_port(s, PORT_ROTOR);
@@ -172,7 +173,7 @@ static void place_at(stage *s, double time, const double *angles, const lane *re
         EACH {
             double angle = 0;
             for (int j = 0; j < 2; j++)
-                angle += t->rest[i][j] * (angles[j] + (s->q[2 + j][l] - s->command[j][l]));
+                angle += t->rest[i][j] * (angles[j][l] + (s->q[2 + j][l] - s->command[j][l]));
             s->q[i][l] = s->radius[0][l] * angle + balance[i][l] + rest[i][l];
         }
     turn_along(s, t, 0.0);
@@ -192,7 +193,7 @@ static void find_stiffest(stage *s, table *t)
     memcpy(s->stiffest, s->stiffness, sizeof s->stiffest);
 }
 
-void stage_begin(stage *s, double time, const double *angles, const lane *rest)
+void stage_begin(stage *s, double time, const lane *angles, const lane *rest)
 {
     table *t = &TOPOLOGIES[s->topology];
     stage_derive(s);
@@ -236,14 +237,14 @@ static void go_along(stage *s, const lane *ends, lane *all)
     memcpy(s->q, kept, sizeof kept);
 }
 
-void stage_set_off(stage *s, const double *rates)
+void stage_set_off(stage *s, const lane *rates)
 {
     table *t = &TOPOLOGIES[s->topology];
     lane ends[4];
     for (int i = 0; i < 2; i++)
         EACH {
-            ends[2 + i][l] = rates[i];
-            ends[i][l] = s->radius[0][l] * (t->rest[i][0] * rates[0] + t->rest[i][1] * rates[1]);
+            ends[2 + i][l] = rates[i][l];
+            ends[i][l] = s->radius[0][l] * (t->rest[i][0] * rates[0][l] + t->rest[i][1] * rates[1][l]);
         }
     go_along(s, (const lane *)ends, s->v);
     memcpy(s->before, s->v, sizeof s->before);

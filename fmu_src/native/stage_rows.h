@@ -8,12 +8,16 @@ INLINE int64_t steps_in(double duration, double limit)
 /* the interval behind a row */
 INLINE interval interval_of(const sweep *w, int row)
 {
-    const double *first = w->input[0] + row, *second = w->input[1] + row;
     const double start = w->time[row], duration = w->time[row + 1] - start;
     const int64_t count = steps_in(duration, w->limit);
-    const interval at = {start, duration, duration / (double)count, {first[0], second[0]},
-                         {(first[1] - first[0]) / duration, (second[1] - second[0]) / duration},
-                         start, count};
+    interval at = {.start = start, .duration = duration, .step = duration / (double)count,
+                   .since = start, .count = count};
+    lane next;
+    for (int i = 0; i < 2; i++) {
+        for (int l = 0; l < LANES; l++) at.angle[i][l] = w->input[i][l][row];
+        for (int l = 0; l < LANES; l++) next[l] = w->input[i][l][row + 1];
+        EACH at.rate[i][l] = (next[l] - at.angle[i][l]) / duration;
+    }
     return at;
 }
 

@@ -27,29 +27,27 @@ class Course:
     excitation: Excitation
     shown: Mapping[str, Array]
 
-    def off(
-        self, turns: tuple[Array, Array], forced: bool
-    ) -> tuple[dict[str, Array], tuple[Array, Array]]:
-        """What changes (rows,) by channel where belts are off as if the motors were by so much
-        [rad], and the voltages (rows,) [V] that pull alike on both motors; nothing where a
-        replay breaks down.  Where that stands for what is ``forced`` on the stage, eq. (15), no
-        belt is off, and its motors bear that force.
+    def off(self, turns: Array, forced: bool) -> tuple[dict[str, Array], Array]:
+        """What changes (sets, rows) by channel where belts are off as if the motors were by so
+        much (2, sets, rows) [rad], and the voltages alike [V] that pull alike on both motors;
+        nothing where a replay breaks down.  Where that stands for what is ``forced`` on the stage,
+        eq. (15), no belt is off, and its motors bear that force.
         """
         e = self.excitation
-        moved = replace(e, input1=e.input1 + turns[0], input2=e.input2 + turns[1])
-        there = _simulated(self.fit, self.run, moved)
-        whole = all(np.isfinite(v).all() for v in (*there.values(), *self.shown.values()))
-        change = {n: v - self.shown[n] if whole else np.zeros_like(v) for n, v in there.items()}
+        inputs = np.array([e.input1, e.input2])[:, None] + turns
+        there = _simulated(self.fit, self.run, e, inputs)
+        change = {name: out - self.shown[name] for name, out in there.items()}
+        whole = np.all([np.isfinite(off).all(axis=1) for off in change.values()], axis=0)[:, None]
+        change = {name: np.where(whole, off, 0.0) for name, off in change.items()}
         machine = self.fit.problem.machine
         sections = STAGES[machine.stage].sections
         lever = machine.parameters["pulley_radius"] / _nominal(self.fit, "motor_torque_gain")
         tensions = np.array([change[f"tension{n + 1}"] for n in range(len(sections))])
         arms = np.array([[s.row.get(phi, 0) for s in sections] for phi in ("phi1", "phi2")])
         held = _stiffness(self.fit) * machine.parameters["pulley_radius"]
-        borne = held * np.array(turns) if forced and whole else 0.0
-        one, two = lever * (borne - arms @ tensions)
-        channels = _channels(self.fit, self.run)
-        return {c: change[OUTPUT_OF[c]] for c in channels}, (one, two)
+        borne = np.where(whole, held * turns, 0.0) if forced else 0.0
+        volts = lever * (borne - np.tensordot(arms, tensions, axes=1))
+        return {c: change[OUTPUT_OF[c]] for c in _channels(self.fit, self.run)}, volts
 
 
 def courses(fit: Fit) -> list[Course]:
@@ -58,7 +56,8 @@ def courses(fit: Fit) -> list[Course]:
     for r, run in enumerate(fit.problem.runs):
         one, two = fit.problem.simulate(fit.u[None], r, ("phi1", "phi2"))[0]
         e = replace(run.excitation, mode="angles", input1=one, input2=two, first_angles=None)
-        found.append(Course(fit, r, e, _simulated(fit, r, e)))
+        still = np.array([one, two])[:, None]
+        found.append(Course(fit, r, e, _simulated(fit, r, e, still)))
     return found
 
 
@@ -79,10 +78,11 @@ def _channels(fit: Fit, run: int) -> list[str]:
     return [name for name in names if not name.startswith("phi")]
 
 
-def _simulated(fit: Fit, run: int, excitation: Excitation) -> dict[str, Array]:
-    """What the stage does (rows,), by output, the motors on this course."""
+def _simulated(fit: Fit, run: int, imposed: Excitation, inputs: Array) -> dict[str, Array]:
+    """What the stage does (sets, rows), by output, the motors on courses (2, sets, rows)."""
     sections = STAGES[fit.problem.machine.stage].sections
     tensions = [f"tension{n + 1}" for n in range(len(sections))]
     names = (*dict.fromkeys(OUTPUT_OF[c] for c in _channels(fit, run)), *tensions)
-    out = fit.problem.simulate(fit.u[None], run, names, excitation)[0]
-    return dict(zip(names, out, strict=True))
+    sets = np.repeat(fit.u[None], inputs.shape[1], axis=0)
+    out = fit.problem.simulate(sets, run, names, imposed, inputs)
+    return dict(zip(names, out.swapaxes(0, 1), strict=True))

@@ -213,8 +213,11 @@ class Problem:
         run: int,
         outputs: tuple[str, ...] | None = None,
         imposed: Excitation | None = None,
+        inputs: Array | None = None,
     ) -> Array:
-        """Outputs (sets, channels, rows) of a run, its motors on ``imposed`` angles where given."""
+        """Outputs (sets, channels, rows) of a run, its motors on ``imposed`` angles where given;
+        ``inputs`` (2, sets, rows) of each set stand for the run's where given.
+        """
         r, vectors, limit = self.runs[run], self.vectors(u, run), self.limit
         if self.damping and limit > 0:
             limit = damped(self.layout, self.machine, vectors, self.damping, limit)
@@ -222,6 +225,7 @@ class Problem:
             self.layout,
             imposed or r.excitation,
             vectors,
+            inputs=inputs,
             fidelity=self.machine.stage,
             dc=self.machine.drive == "dc" and imposed is None,
             rest=self.rest(u, run),
@@ -230,17 +234,19 @@ class Problem:
             limit=limit,
         )
 
-    def shown(self, u: Array, run: int) -> Array:
-        """What the sensors of a run would show, (sets, channels, rows)."""
-        r, out = self.runs[run], self.simulate(u, run)
+    def shown(self, u: Array, run: int, inputs: Array | None = None) -> Array:
+        """What the sensors of a run would show, (sets, channels, rows); ``inputs``: `simulate`."""
+        r, out = self.runs[run], self.simulate(u, run, inputs=inputs)
         if not r.clock_free:
             return out
         delay = u[:, self.first_own(run) + self.own_keys.index("clock")]
         return late(r.excitation.time, out, LATE * delay)
 
-    def errors(self, u: Array, run: int) -> list[Array]:
-        """Measured minus simulated for each channel, (sets, samples) each, offsets left in."""
-        out = self.shown(u, run)
+    def errors(self, u: Array, run: int, inputs: Array | None = None) -> list[Array]:
+        """Measured minus simulated for each channel, (sets, samples) each, offsets left in;
+        ``inputs``: `simulate`.
+        """
+        out = self.shown(u, run, inputs)
         return [s.value - out[:, c, s.rows] for c, s in enumerate(self.runs[run].samples)]
 
     @cached_property

@@ -8,7 +8,8 @@ outputs.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from scipy.signal import lfilter
@@ -19,7 +20,7 @@ from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.outputs import Added, outputs
 from corexy_fmi.engine.probe_laws import TONE, Motion
 from corexy_fmi.engine.probes import Probe, probes
-from corexy_fmi.kernel.call import Array, Excitation
+from corexy_fmi.kernel.call import LANES, Array, Excitation
 
 SIZE = 2.0  # of a probe, in the noise of the quieter of x and y
 USUAL, VOLTS = 1e-5, 0.02  # [m] of that noise where neither is measured; [V] of a probe
@@ -38,56 +39,68 @@ class Response:
     chosen: float = 0.0
 
 
-def moved(fit: Fit, probe: Probe, size: float, held: Sequence[Course] = ()) -> Response:
-    """The whole response to a probe: a replay with such commands, or voltages; where those do not
-    hold a motor, on the courses on which it is ``held``.
+def moved(
+    fit: Fit, some: Sequence[Probe], size: float, held: Sequence[Course] = ()
+) -> list[Response]:
+    """The whole responses to probes that act alike: replays with such commands, or voltages; where
+    those do not hold a motor, on the courses on which it is ``held``.
     """
-    most = max(float(np.abs(v).max()) for pair in probe.turns for v in pair) or 1.0
     radius = fit.problem.machine.parameters["pulley_radius"]
-    scale = (VOLTS if probe.volts else size / radius) / most
-    if held and not probe.volts and probe.location.startswith("motor"):
-        rest = [{"x": radius * (a + b) / 2, "y": radius * (a - b) / 2} for a, b in probe.turns]
-        change = scale * added(fit, rest)
-    elif held and not probe.volts:
-        turns = [(scale * a, scale * b) for a, b in probe.turns]
-        forced = probe.location in ("x", "y")
-        found = [course.off(pair, forced) for course, pair in zip(held, turns, strict=True)]
+    pairs = [np.array([p.turns[r] for p in some]).swapaxes(0, 1) for r in range(len(some[0].turns))]
+    scale = (VOLTS if some[0].volts else size / radius) / _most(pairs, 1.0)
+    small = [scale[:, None] * pair for pair in pairs]
+    if held and not some[0].volts and some[0].location.startswith("motor"):
+        rest = [{"x": radius * (a + b) / 2, "y": radius * (a - b) / 2} for a, b in small]
+        change = added(fit, rest)
+    elif held and not some[0].volts:
+        forced = some[0].location in ("x", "y")
+        found = [course.off(pair, forced) for course, pair in zip(held, small, strict=True)]
         change = added(fit, [off for off, _ in found]) + _pulled(fit, [v for _, v in found])
     else:
-        change = _replayed(fit, probe.turns, probe.volts, scale)
-    chosen = float(np.log(len(fit.residual))) if probe.word.startswith(TONE) else 0.0
-    change = (change / scale).astype(np.float32)
-    return Response(probe.location, probe.state, probe.word, change, chosen)
+        change = _replayed(fit, small, some[0].volts)
+    told = (change / scale[:, None]).astype(np.float32)
+    return [
+        Response(p.location, p.state, p.word, row, _chosen(fit, p))
+        for p, row in zip(some, told, strict=True)
+    ]
 
 
-def _pulled(fit: Fit, volts: list[tuple[Array, Array]]) -> Array:
-    """Change of the residual (samples,) by voltages on the motors, told from small ones: friction
-    lets a loop answer large ones otherwise.
+def _chosen(fit: Fit, probe: Probe) -> float:
+    """What it costs [nats] that the data themselves chose a probe."""
+    return float(np.log(len(fit.residual))) if probe.word.startswith(TONE) else 0.0
+
+
+def _most(pairs: Sequence[Array], nothing: float) -> Array:
+    """The greatest size (sets,) in pairs (2, sets, rows) of all runs; ``nothing`` for zero."""
+    most = np.max([np.abs(pair).max(axis=(0, 2)) for pair in pairs], axis=0)
+    return np.where(most > 0, most, nothing)
+
+
+def _pulled(fit: Fit, volts: list[Array]) -> Array:
+    """Change of the residual (sets, samples) by voltages on the motors, told from small ones:
+    friction lets a loop answer large ones otherwise.
     """
-    most = max(float(np.abs(v).max()) for pair in volts for v in pair)
-    share = min(VOLTS / max(most, 1e-30), 1.0)
-    return _replayed(fit, volts, True, share) / share
+    share = np.minimum(VOLTS / _most(volts, VOLTS), 1.0)[:, None]
+    return _replayed(fit, [share * pair for pair in volts], True) / share
 
 
-def _replayed(fit: Fit, pairs: Sequence[tuple[Array, Array]], volts: bool, scale: float) -> Array:
-    """Change of the residual (samples,) by commands, or voltages, that are off by so much of these
-    pairs, one for each run.
+def _replayed(fit: Fit, pairs: Sequence[Array], volts: bool) -> Array:
+    """Change of the residual (sets, samples) by commands, or voltages, that are off by these pairs
+    (2, sets, rows), one for each run.
     """
-    runs = []
-    for run, pair in zip(fit.problem.runs, pairs, strict=True):
+    white = []
+    for r, (run, off) in enumerate(zip(fit.problem.runs, pairs, strict=True)):
         e = run.excitation
-        a, b = (scale * v for v in pair)
-        if volts and e.mode == "closed_loop":
-            a, b = (_reference(v, e) for v in (a, b))
-        runs.append(replace(run, excitation=replace(e, input1=e.input1 + a, input2=e.input2 + b)))
-    off = replace(fit.problem, runs=tuple(runs))
-    errors = [off.errors(fit.u[None], r) for r in range(len(runs))]
-    white = np.concatenate([fit.problem.whiten(e, r)[0] for r, e in enumerate(errors)])
-    return np.asarray(white - fit.residual[: len(white)])
+        given = _reference(off, e) if volts and e.mode == "closed_loop" else off
+        inputs = np.array([e.input1, e.input2])[:, None] + given
+        sets = np.repeat(fit.u[None], inputs.shape[1], axis=0)
+        white.append(fit.problem.whiten(fit.problem.errors(sets, r, inputs), r))
+    told = np.concatenate(white, axis=1)
+    return told - fit.residual[: told.shape[1]]
 
 
 def _reference(volts: Array, e: Excitation) -> Array:
-    """The reference (rows,) [rad] by which a loop adds these volts: kp r + kd w r' = V."""
+    """The reference (.., rows) [rad] by which a loop adds these volts: kp r + kd w r' = V."""
     rate = e.kd * e.rate_weight / float(np.median(np.diff(e.time)))
     if rate <= e.kp:  # such a filter would not settle: its steady gain
         return volts / max(e.kp, 1e-12)
@@ -95,13 +108,16 @@ def _reference(volts: Array, e: Excitation) -> Array:
 
 
 def added(fit: Fit, runs: list[dict[str, Array]]) -> Array:
-    """Change of the residual (samples,) by what is added to the channels of each run."""
+    """Change of the residual (sets, samples) by what is added (sets, rows) to the channels of each
+    run.
+    """
+    sets = max((len(off) for channels in runs for off in channels.values()), default=1)
     parts = []
     for r, (run, channels) in enumerate(zip(fit.problem.runs, runs, strict=True)):
-        nothing = np.zeros(len(run.excitation.time))
-        off = [-channels.get(s.channel, nothing)[None, s.rows] for s in run.samples]
-        parts.append(fit.problem.whiten(off, r)[0])
-    return np.concatenate(parts)
+        nothing = np.zeros((sets, len(run.excitation.time)))
+        off = [-channels.get(s.channel, nothing)[:, s.rows] for s in run.samples]
+        parts.append(fit.problem.whiten(off, r))
+    return np.concatenate(parts, axis=1)
 
 
 def quietest(fit: Fit) -> float:
@@ -115,10 +131,19 @@ def responses(fit: Fit, runs: list[Motion], mapper: Mapper) -> Iterator[list[Res
     size = SIZE * quietest(fit)
 
     def shown(what: Added) -> Response:
-        location, state, word, off = what
-        return Response(location, state, word, added(fit, off).astype(np.float32))
+        location, state, word, runs = what
+        off = [{name: value[None] for name, value in run.items()} for run in runs]
+        return Response(location, state, word, added(fit, off)[0].astype(np.float32))
 
     yield [*mapper(shown, outputs(fit, runs))]
     held = courses(fit) if fit.problem.machine.drive == "dc" else []
     for kind in probes(fit, runs):
-        yield [*mapper(lambda probe: moved(fit, probe, size, held), kind)]
+        alike = [list(some) for _, some in groupby(kind, _way)]
+        blocks = [some[n : n + LANES] for some in alike for n in range(0, len(some), LANES)]
+        found = mapper(lambda block: moved(fit, block, size, held), blocks)
+        yield [response for block in found for response in block]
+
+
+def _way(probe: Probe) -> tuple[bool, str]:
+    """Probes for which this is the same act alike."""
+    return probe.volts, probe.location

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 import numpy as np
@@ -36,11 +36,10 @@ class _Batch(ctypes.Structure):
     """`batch` of batch.c."""
 
     _fields_ = (
-        *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive", "sets")),
+        *((n, ctypes.c_int) for n in ("rows", "mode", "topology", "drive", "sets", "apart")),
         *((n, ctypes.c_void_p) for n in ("time", "input1", "input2")),
-        *((n, ctypes.c_double) for n in ("kp", "kd", "rate_weight", "limit", "angle1", "angle2")),
-        ("lead", ctypes.c_double),
-        *((n, ctypes.c_void_p) for n in ("parameter", "rest", "push", "channel")),
+        *((n, ctypes.c_double) for n in ("kp", "kd", "rate_weight", "limit", "lead")),
+        *((n, ctypes.c_void_p) for n in ("parameter", "first", "rest", "push", "channel")),
         ("channels", ctypes.c_int),
         ("out", ctypes.c_void_p),
         ("step", ctypes.c_double),
@@ -76,6 +75,12 @@ class Excitation:
         if self.mode == "voltages":
             return 0.0, 0.0
         return float(self.input1[0]), float(self.input2[0])
+
+    def of_set(self, inputs: Array | None, n: int | np.integer) -> Excitation:
+        """The n-th set's own, where ``inputs`` (2, sets, rows) stand in place of this one's."""
+        if inputs is None:
+            return self
+        return replace(self, input1=inputs[0, n], input2=inputs[1, n])
 
 
 @cache
@@ -126,6 +131,7 @@ def _wanted(channels: tuple[str, ...]) -> ctypes.Array[ctypes.c_int]:
 def _fill(
     layout: Layout,
     e: Excitation,
+    inputs: Array | None,
     parameters: Array,
     stage: tuple[str, bool],
     begun: tuple[Array, Array],
@@ -133,19 +139,22 @@ def _fill(
     limit: float,
     out: Array,
 ) -> float:
-    """All sets into out (sets, channels, rows); ``stage`` is the fidelity, and whether it is DC,
-    ``begun`` what the sets begin with: rest (sets, 4) and push (sets, 8).
+    """All sets into out (sets, channels, rows); ``inputs`` are each set's own, if any; ``stage`` is
+    the fidelity, and whether it is DC, ``begun`` what the sets begin with: rest (sets, 4) and push
+    (sets, 8).
 
     Returns the longest step [s] of the last sets that ran together.
     """
     sets, (fidelity, dc) = len(parameters), stage
-    arrays = (e.time, e.input1, e.input2, parameters, *begun)
+    first = np.array([e.of_set(inputs, n).start() for n in range(sets)])
+    driven = (e.input1, e.input2) if inputs is None else inputs
+    arrays = (e.time, *driven, parameters, first, *begun)
     keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
     wanted, width = _wanted(channels), _width(sets)
     call = _Batch(
-        *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, sets),
+        *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, sets, inputs is not None),
         *map(address, keep[:3]),
-        *(e.kp, e.kd, e.rate_weight, limit, *e.start(), e.lead),
+        *(e.kp, e.kd, e.rate_weight, limit, e.lead),
         *map(address, keep[3:]),
         *(ctypes.addressof(wanted), len(wanted), address(out)),
     )
@@ -161,13 +170,18 @@ def _width(sets: int) -> int:
     return 1 if sets == 1 else LANES
 
 
-def _check_shapes(layout: Layout, e: Excitation, parameters: Array, *begun: Array | None) -> None:
+def _check_shapes(
+    layout: Layout, e: Excitation, inputs: Array | None, parameters: Array, *begun: Array | None
+) -> None:
     """The library reads as far as it is told to."""
     lengths = {len(e.time), len(e.input1), len(e.input2)}
     if len(lengths) != 1 or 0 in lengths:
         raise ValueError(f"time and inputs have {sorted(lengths)} rows, expected one number")
     if parameters.ndim != 2 or parameters.shape[1] != layout.parameters:
         raise ValueError(f"parameters {parameters.shape}, expected (sets, {layout.parameters})")
+    driven = (2, len(parameters), len(e.time))
+    if inputs is not None and inputs.shape != driven:
+        raise ValueError(f"inputs {inputs.shape}, expected {driven}")
     for name, given, size in zip(("rest", "push"), begun, (len(REST), len(PUSH)), strict=False):
         if given is not None and given.shape != (len(parameters), size):
             raise ValueError(f"{name} {given.shape}, expected ({len(parameters)}, {size})")
@@ -178,6 +192,7 @@ def run_lanes(
     excitation: Excitation,
     parameters: Array,
     *,
+    inputs: Array | None = None,
     fidelity: str = "full",
     dc: bool = False,
     rest: Array | None = None,
@@ -185,9 +200,10 @@ def run_lanes(
     channels: tuple[str, ...] = ("x", "y"),
     limit: float = 0.0,
 ) -> Array:
-    """Run every parameter set through one excitation.
+    """Run every parameter set through one excitation, or through inputs of its own.
 
-    ``parameters`` (sets, layout.parameters); ``rest`` (sets, 4): what each set begins
+    ``parameters`` (sets, layout.parameters); ``inputs`` (2, sets, rows): what stands for the
+    excitation's two inputs in each set; ``rest`` (sets, 4): what each set begins
     with (`REST`); ``push`` (sets, 8): how far x, y, both motors [m, rad] and their speeds
     are off where a lead ends (`PUSH`); ``limit`` the longest micro-step [s], 0: from the fastest
     pole of the sets that run together.
@@ -195,7 +211,7 @@ def run_lanes(
     never depends on who calls.  Where there is no compiler Python does it, slowly (see
     `without_compiler`).  Raises ValueError where shapes do not fit.
     """
-    _check_shapes(layout, excitation, parameters, rest, push)
+    _check_shapes(layout, excitation, inputs, parameters, rest, push)
     sets = len(parameters)
     begun = (
         np.zeros((sets, len(REST))) if rest is None else rest,
@@ -208,6 +224,7 @@ def run_lanes(
             layout,
             excitation,
             parameters,
+            inputs=inputs,
             fidelity=fidelity,
             dc=dc,
             begun=begun,
@@ -215,7 +232,7 @@ def run_lanes(
             limit=limit,
         )
     out = np.empty((sets, len(channels), len(excitation.time)))
-    _fill(layout, excitation, parameters, (fidelity, dc), begun, channels, limit, out)
+    _fill(layout, excitation, inputs, parameters, (fidelity, dc), begun, channels, limit, out)
     restamp(layout, parameters, excitation.time, channels, out)
     return out
 
@@ -231,4 +248,4 @@ def step_limit(
     still = Excitation(np.zeros(1), np.zeros(1), np.zeros(1))
     rest, out = np.zeros((1, len(REST))), np.empty((1, 1, 1))
     begun = rest, np.zeros((1, len(PUSH)))
-    return _fill(layout, still, parameters[None], (fidelity, dc), begun, ("x",), 0.0, out)
+    return _fill(layout, still, None, parameters[None], (fidelity, dc), begun, ("x",), 0.0, out)

@@ -31,7 +31,7 @@ static void {name}_advance(stage *s, sweep *w)
         {drift}
         for (int64_t n = 1;; n++) {{
             const double end = end_of_step(at, n), now = 0.5 * (time + end);
-            const pair angle = next_to(at->angle), rate = next_to(at->rate);
+            const pair angle = next_to(at->angle[0]), rate = next_to(at->rate[0]);
             const pair x = low(q0, q0), y = turned(high(q0, q0), -0.0, 0.0);
             const pair u2 = r * (angle + rate * twice(now - at->since));
             {tensions}

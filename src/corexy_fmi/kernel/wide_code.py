@@ -78,8 +78,8 @@ def _advance_wide(stage: Stage) -> str:
 def _tensions(stage: Stage) -> list[str]:
     lines = ["const wide r = WIDE(s->radius[0]);", "(void)r;"]
     for m, i in ((0, 2), (1, 3)):
-        angle = f"at->angle[{m}] + at->rate[{m}] * (now - at->since)"
-        lines += [f"const wide q{i} = spread({angle});"]
+        angle = f"WIDE(at->angle[{m}]) + WIDE(at->rate[{m}]) * spread(now - at->since)"
+        lines += [f"const wide q{i} = {angle};"]
     lines += [f"const wide u{i} = r * q{i}; (void)u{i};" for i in range(2, len(stage.coordinates))]
     for n, section in enumerate(stage.sections):
         elongation = section_sum(stage, section)

@@ -27,6 +27,7 @@ def run_slowly(
     excitation: Excitation,
     parameters: Array,
     *,
+    inputs: Array | None,
     fidelity: str,
     dc: bool,
     begun: tuple[Array, Array],
@@ -41,6 +42,7 @@ def run_slowly(
             bundled_layout(),
             excitation,
             _bundled(layout, parameters[fast]),
+            inputs=None if inputs is None else inputs[:, fast],
             fidelity=fidelity,
             dc=dc,
             rest=begun[0][fast],
@@ -55,7 +57,7 @@ def run_slowly(
         try:
             with np.errstate(all="ignore"):
                 found = run_reference(
-                    layout, excitation, parameters[n], fidelity=fidelity, dc=dc,
+                    layout, excitation.of_set(inputs, n), parameters[n], fidelity=fidelity, dc=dc,
                     rest=begun[0][n], push=begun[1][n], limit=limit, channels=channels,
                 )  # fmt: skip
             out[n] = [found[c] for c in channels]
