@@ -1,4 +1,4 @@
-"""Call the compiled kernel: one recording's inputs, any number of parameter sets."""
+"""Call the compiled kernel: one recording, any number of parameter sets, and inputs of each."""
 
 from __future__ import annotations
 
