@@ -91,8 +91,8 @@ static int kernel_alone(char **words)
     for (int round = 0, n = 0; round < ROUNDS; round++) {
         const double begun = now();
         for (int end = n + steps; n < end; n++) {
-            stage->input[0] = angle_at(n), stage->input[1] = 0.0;
-            stage->input_rate[0] = rate_at(n), stage->input_rate[1] = 0.0;
+            stage->input[0][0] = angle_at(n), stage->input[1][0] = 0.0;
+            stage->input_rate[0][0] = rate_at(n), stage->input_rate[1][0] = 0.0;
             stage->input_time = stage->time = n * STEP;
             stage_advance(stage, STEP, s.limit);
             stage_report(stage);

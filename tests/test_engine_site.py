@@ -62,6 +62,7 @@ DC = [
     (EffectUse("torque_ripple", "motors", {"ratio": 0.2, "order": 7.0, "phase": 0.3}), "motors",
      "motor_angle"),
     (EffectUse("driver_deadband", "motors", {"voltage": 0.02}), "motors", "voltage"),
+    (EffectUse("backlash", "motor1", {"gap": 5e-4, "grip": 1.0}), "motor1", "velocity_reversal"),
     (EffectUse("belt_mismatch", "belts", {"ratio": 0.02}), "belts", "load"),
     (EffectUse("belt_relaxation", "belts", {"ratio": 0.2, "time_constant": 0.3}), "belts", "load"),
 ]  # fmt: skip

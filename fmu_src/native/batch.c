@@ -40,28 +40,41 @@ static double slope(const batch *b, const double *input, int row)
     return (input[row + 1] - input[row]) / (b->time[row + 1] - b->time[row]);
 }
 
+/* the same in every lane */
+static void slopes(const batch *b, const double *const *input, int row, double *rate)
+{
+    rate[0] = slope(b, input[0], row);
+    for (int l = 1; l < LANES; l++) rate[l] = b->apart ? slope(b, input[l], row) : rate[0];
+}
+
 /* volts by which a loop follows a reference */
 static double looped(const stage *s, const batch *b, int i, int l, double reference, double rate)
 {
     return b->kp * (reference - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
 }
 
+/* lanes from first up to end have one input */
+static void set_volts(stage *s, const batch *b, int i, const double *input, int row, int first, int end)
+{
+    const double u = input[row], rate = slope(b, input, row);
+    for (int l = first; l < end; l++)
+        s->voltage[i][l] = b->mode == VOLTAGES ? u : looped(s, b, i, l, u, rate);
+}
+
 static void set_voltage(stage *s, const batch *b, course input, int row)
 {
-    for (int i = 0; i < 2; i++)
-        for (int l = 0; l < LANES; l++) {
-            const double u = input[i][l][row];
-            s->voltage[i][l] = b->mode == VOLTAGES ? u : looped(s, b, i, l, u, slope(b, input[i][l], row));
-        }
+    for (int i = 0; i < 2; i++) {
+        set_volts(s, b, i, input[i][0], row, 0, LANES);
+        for (int l = 1; l < LANES && b->apart; l++) set_volts(s, b, i, input[i][l], row, l, l + 1);
+    }
 }
 
 static void set_angles(stage *s, const batch *b, course input, int row)
 {
-    for (int i = 0; i < 2; i++)
-        for (int l = 0; l < LANES; l++) {
-            s->input[i][l] = input[i][l][row];
-            s->input_rate[i][l] = slope(b, input[i][l], row);
-        }
+    for (int i = 0; i < 2; i++) {
+        slopes(b, input[i], row, s->input_rate[i]);
+        for (int l = 0; l < LANES; l++) s->input[i][l] = input[i][l][row];
+    }
     s->input_time = b->time[row];
 }
 
@@ -83,13 +96,14 @@ static void record(stage *s, const batch *b, double *const *out, int row)
 /* what drives the stage a while before the first row, as the first interval goes on backwards */
 static void drive_before(stage *s, const batch *b, course input, double ahead)
 {
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < 2; i++) {
+        slopes(b, input[i], 0, s->input_rate[i]);
         for (int l = 0; l < LANES; l++) {
-            const double rate = slope(b, input[i][l], 0), u = input[i][l][0] - rate * ahead;
+            const double rate = s->input_rate[i][l], u = input[i][l][0] - rate * ahead;
             s->input[i][l] = u;
-            s->input_rate[i][l] = rate;
             if (b->mode == CLOSED_LOOP) s->voltage[i][l] = looped(s, b, i, l, u, rate);
         }
+    }
     s->input_time = b->time[0] - ahead;
 }
 
@@ -99,8 +113,7 @@ static void lead_in(stage *s, const batch *b, course input, int first)
     lane rates[2];
     const int rows = b->mode == CLOSED_LOOP ? (int)(b->lead / (b->time[1] - b->time[0]) + 0.5) : 1;
     lane push[8];
-    for (int i = 0; i < 2; i++)
-        for (int l = 0; l < LANES; l++) rates[i][l] = slope(b, input[i][l], 0);
+    for (int i = 0; i < 2; i++) slopes(b, input[i], 0, rates[i]);
     stage_set_off(s, (const lane *)rates);
     for (int n = 0; n < rows; n++) {
         drive_before(s, b, input, b->lead * (rows - n) / rows);
@@ -142,6 +155,7 @@ static int swept(const stage *s, const batch *b, course input, sweep *w)
     w->rows = b->rows;
     w->time = b->time;
     memcpy(w->input, input, sizeof w->input);
+    w->apart = b->apart;
     w->limit = b->step;
     w->channels = b->channels;
     return 1;

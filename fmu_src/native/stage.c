@@ -252,7 +252,7 @@ static void run_rows(stage *s, sweep *w)
 
 void stage_sweep(stage *s, sweep *w)
 {
-    w->part[w->turn] = interval_of(w, w->row);
+    find_interval(w, w->row);
     set_kick(s, w->part[w->turn].step);
     run_rows(s, w);
     s->time = w->time[w->row];

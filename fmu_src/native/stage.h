@@ -81,6 +81,7 @@ typedef struct {
     int turn;                        /* which of them is the one behind */
     int row, rows;                   /* the row that is reached, how many there are */
     const double *time, *input[2][LANES]; /* [rows] [s], motor angles [rad] */
+    int apart;                       /* each lane has angles of its own */
     double limit;                    /* longest micro-step [s] */
     int channels;
     const lane *seen[SEEN];          /* what is kept of each row, [channels] */

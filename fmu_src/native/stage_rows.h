@@ -5,20 +5,31 @@ INLINE int64_t steps_in(double duration, double limit)
     return (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
 }
 
-/* the interval behind a row */
-INLINE interval interval_of(const sweep *w, int row)
+/* angles at a row and their rates: in one lane for all, or of each */
+INLINE void find_course(const sweep *w, int row, double duration, interval *at)
 {
-    const double start = w->time[row], duration = w->time[row + 1] - start;
-    const int64_t count = steps_in(duration, w->limit);
-    interval at = {.start = start, .duration = duration, .step = duration / (double)count,
-                   .since = start, .count = count};
     lane next;
     for (int i = 0; i < 2; i++) {
-        for (int l = 0; l < LANES; l++) at.angle[i][l] = w->input[i][l][row];
-        for (int l = 0; l < LANES; l++) next[l] = w->input[i][l][row + 1];
-        EACH at.rate[i][l] = (next[l] - at.angle[i][l]) / duration;
+        const double *const *input = w->input[i];
+        if (!w->apart) {
+            const double first = input[0][row], rate = (input[0][row + 1] - first) / duration;
+            EACH { at->angle[i][l] = first; at->rate[i][l] = rate; }
+            continue;
+        }
+        for (int l = 0; l < LANES; l++) { at->angle[i][l] = input[l][row]; next[l] = input[l][row + 1]; }
+        EACH at->rate[i][l] = (next[l] - at->angle[i][l]) / duration;
     }
-    return at;
+}
+
+/* the interval behind a row */
+INLINE void find_interval(sweep *w, int row)
+{
+    interval *at = &w->part[w->turn];
+    at->start = at->since = w->time[row];
+    at->duration = w->time[row + 1] - at->start;
+    at->count = steps_in(at->duration, w->limit);
+    at->step = at->duration / (double)at->count;
+    find_course(w, row, at->duration, at);
 }
 
 /* the constants of set_kick hold for steps that differ by rounding alone */
@@ -31,7 +42,7 @@ INLINE int begin_interval(const stage *s, sweep *w)
     const int row = w->row + 1;
     w->turn = !w->turn;
     if (row + 1 >= w->rows) return 0;
-    w->part[w->turn] = interval_of(w, row);
+    find_interval(w, row);
     return same_kick(s, w->part[w->turn].step);
 }
 

@@ -43,16 +43,13 @@ def moved(
     fit: Fit, some: Sequence[Probe], size: float, held: Sequence[Course] = ()
 ) -> list[Response]:
     """The whole responses to probes that act alike: replays with such commands, or voltages; where
-    those do not hold a motor, on the courses on which it is ``held``.
+    those do not hold the motors, on the courses on which they are ``held``.
     """
     radius = fit.problem.machine.parameters["pulley_radius"]
     pairs = [np.array([p.turns[r] for p in some]).swapaxes(0, 1) for r in range(len(some[0].turns))]
     scale = (VOLTS if some[0].volts else size / radius) / _most(pairs, 1.0)
     small = [scale[:, None] * pair for pair in pairs]
-    if held and not some[0].volts and some[0].location.startswith("motor"):
-        rest = [{"x": radius * (a + b) / 2, "y": radius * (a - b) / 2} for a, b in small]
-        change = added(fit, rest)
-    elif held and not some[0].volts:
+    if held and not some[0].volts:
         forced = some[0].location in ("x", "y")
         found = [course.off(pair, forced) for course, pair in zip(held, small, strict=True)]
         change = added(fit, [off for off, _ in found]) + _pulled(fit, [v for _, v in found])
