@@ -5,7 +5,7 @@ INLINE int64_t steps_in(double duration, double limit)
     return (int64_t)larger(ceil(duration / limit - 1e-9), 1.0);
 }
 
-/* angles at a row and their rates: in one lane for all, or of each */
+/* angles at a row and their rates: the same in all lanes, or each its own */
 INLINE void find_course(const sweep *w, int row, double duration, interval *at)
 {
     lane next;
