@@ -28,15 +28,16 @@ class Course:
     shown: Mapping[str, Array]
 
     def off(self, turns: Array, forced: bool) -> tuple[dict[str, Array], Array]:
-        """What changes (sets, rows) by channel where belts are off as if the motors were by so
-        much (2, sets, rows) [rad], and the voltages alike [V] that pull alike on both motors;
-        nothing where a replay breaks down.  Where that stands for what is ``forced`` on the stage,
-        eq. (15), no belt is off, and its motors bear that force.
+        """What changes (sets, rows) by channel where belts are off as if the motors were by these
+        turns (2, sets, rows) [rad], and the voltages (2, sets, rows) [V] that pull as much on
+        both motors; nothing where a replay breaks down.  Where that stands for what is ``forced``
+        on the stage, eq. (15), no belt is off, and its motors bear that force.
         """
         e = self.excitation
         inputs = np.array([e.input1, e.input2])[:, None] + turns
         there = _simulated(self.fit, self.run, e, inputs)
-        change = {name: out - self.shown[name] for name, out in there.items()}
+        with np.errstate(invalid="ignore"):  # of two that broke down
+            change = {name: out - self.shown[name] for name, out in there.items()}
         whole = np.all([np.isfinite(off).all(axis=1) for off in change.values()], axis=0)[:, None]
         change = {name: np.where(whole, off, 0.0) for name, off in change.items()}
         machine = self.fit.problem.machine
