@@ -23,6 +23,7 @@ from rich.progress import track
 
 from benchmarks.outcome import RESULTS, commit, write_outcome
 from corexy_fmi.effects.api import Parameter
+from corexy_fmi.engine.beyond import beyond
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.foresee import Sensing, filled, imagined
@@ -81,12 +82,12 @@ def visible(
 ) -> dict[str, float] | None:
     """Drawn parameters of the size that shows by E on the first motion; None where none does."""
     base = bare(machine, bundled_layout(), orders(machine)[0], STD)
-    q, _ = np.linalg.qr(base.jacobian)
+    behind = beyond(base)
     problem = replace(base.problem, hypothesis=Hypothesis((instance,)))
 
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
         row = row_of(problem, np.zeros(problem.size), instance, values)
-        change = changes(base, problem, row[None], q)[0]
+        change = behind.off(changes(base, problem, row[None]))[0]
         return float(np.sqrt(change @ change / TARGET)), []
 
     start = drawn(instance, spread(base), random)

@@ -9,7 +9,7 @@ from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion,
 from corexy_fmi.engine import retune
 from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
 from corexy_fmi.engine.micro_step import AT_EASE, damped
-from corexy_fmi.engine.signature import raw_changes
+from corexy_fmi.engine.signature import changes
 from corexy_fmi.engine.slopes import BROKEN
 from corexy_fmi.engine.starts import stiffened
 from corexy_fmi.engine.unknowns import STIFFNESS
@@ -101,7 +101,7 @@ def test_a_run_that_breaks_down_in_part_is_no_signature(monkeypatch):
     huge = np.full((2, len(base.residual)), 1e200)
     huge[0] = base.residual + 1.0
     monkeypatch.setattr(type(base.problem), "residual", lambda self, u: huge)
-    found = raw_changes(base, base.problem, np.zeros((2, base.problem.size)))
+    found = changes(base, base.problem, np.zeros((2, base.problem.size)))
     assert found[0].any()
     assert not found[1].any()
 

@@ -10,7 +10,7 @@ from corexy_fmi.effects import catalogue
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.signature import ACTS, raw_changes, row_of, within_threshold
+from corexy_fmi.engine.signature import ACTS, changes, row_of, within_threshold
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
@@ -45,7 +45,7 @@ def test_starts_lie_where_the_effect_begins_to_act(effect):
     sizes = within_threshold(base, chosen, instance, u)
     others = {p.name: p.starts[0] for p in effect.parameters}
     rows = [row_of(chosen, u, instance, others | {effect.size.name: s}) for s in sizes]
-    acts = np.abs(raw_changes(base, chosen, np.array(rows))).max(axis=1) > ACTS
+    acts = np.abs(changes(base, chosen, np.array(rows))).max(axis=1) > ACTS
     assert acts[len(acts) // 2 :].all()  # the first are within a hair of it
     assert max(sizes) == pytest.approx(edge(effect), rel=0.1)
     assert min(sizes) < 0.3 * edge(effect)

@@ -11,16 +11,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.beyond import Beyond
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import (
     TRIED,
     Score,
+    changes,
     gain_many,
     gain_one,
     grown,
-    raw_changes,
     row_of,
+    spare_of,
 )
 from corexy_fmi.engine.spread import Spread, combinations, combined, phase_of
 from corexy_fmi.kernel.call import LANES, Array
@@ -35,15 +36,8 @@ def parts(problem: Problem) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
-def _within(change: Array, part: slice, q: Array) -> Array:
-    """A raw change (sets, n) of one run alone, off the base's reach."""
-    only = (change[:, part] @ -q[part]) @ q.T
-    only[:, part] += change[:, part]
-    return np.asarray(only)
-
-
 def by_run(
-    base: Fit, problem: Problem, instance: Instance, u: Array, q: Array, offered: Spread
+    beyond: Beyond, problem: Problem, instance: Instance, u: Array, offered: Spread
 ) -> list[Score]:
     """Scores of an effect that has parameters of one recording, best first."""
     local = {p.name for p in instance.effect.parameters if p.local}
@@ -51,40 +45,39 @@ def by_run(
     for row in combinations(instance, offered):
         shared.setdefault(tuple(v for n, v in row.items() if n not in local), []).append(row)
     score = _waves if phase_of(instance) else _jumps
-    found = [score(base, problem, instance, u, q, rows) for rows in shared.values()]
+    found = [score(beyond, problem, instance, u, rows) for rows in shared.values()]
     return sorted(found, key=lambda s: -s.gain)
 
 
 def _waves(
-    base: Fit,
+    beyond: Beyond,
     problem: Problem,
     instance: Instance,
     u: Array,
-    q: Array,
     rows: list[dict[str, float]],
 ) -> Score:
     """One amplitude, and a phase for each run."""
     phase = phase_of(instance)
     assert phase is not None
-    raw = raw_changes(base, problem, np.array([row_of(problem, u, instance, r) for r in rows]))
+    vectors = np.array([row_of(problem, u, instance, r) for r in rows])
+    change = changes(beyond.fit, problem, vectors)
     values, sizes, gains, spare = dict(rows[0]), [], [], 0.0
     for run, part in zip(problem.runs, parts(problem), strict=True):
-        change = _within(raw, part, q)
-        gain, factors = gain_many(base.residual, change)
+        products, gram = beyond.of(change[:, part], part)
+        gain, factors = gain_many(products, gram)
         factor, values[f"{phase.name}@{run.name}"] = combined(rows, factors, phase)
         sizes.append(factor)
         gains.append(gain)
-        spare = max(spare, 1.645 / max(float(np.linalg.norm(change, axis=1).min()), 1e-9))
+        spare = max(spare, spare_of(gram))
     size = float(np.average(sizes, weights=np.array(gains) + 1e-9))
     return Score(sum(gains), grown(instance, values, max(size, 0.02)), size + spare)
 
 
 def _jumps(
-    base: Fit,
+    beyond: Beyond,
     problem: Problem,
     instance: Instance,
     u: Array,
-    q: Array,
     rows: list[dict[str, float]],
 ) -> Score:
     """A size and a time for each run; the time is narrowed down around the best."""
@@ -94,7 +87,7 @@ def _jumps(
     spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
     best = [(0.0, 0.0, rows[0][timed], 0.0)] * len(problem.runs)
     for _ in range(1 + ZOOMS):
-        best = _better(base, problem, instance, u, q, rows, timed, best)
+        best = _better(beyond, problem, instance, u, rows, timed, best)
         near = spacing * np.linspace(-1, 1, TRIED + 1)
         keys = [f"{timed}@{run.name}" for run in problem.runs]
         rows = [
@@ -110,11 +103,10 @@ def _jumps(
 
 
 def _better(
-    base: Fit,
+    beyond: Beyond,
     problem: Problem,
     instance: Instance,
     u: Array,
-    q: Array,
     rows: Sequence[dict[str, float]],
     timed: str,
     best: list[tuple[float, float, float, float]],
@@ -123,12 +115,14 @@ def _better(
     found = list(best)
     for first in range(0, len(rows), LANES):
         block = rows[first : first + LANES]
-        raw = raw_changes(base, problem, np.array([row_of(problem, u, instance, r) for r in block]))
+        vectors = np.array([row_of(problem, u, instance, r) for r in block])
+        change = changes(beyond.fit, problem, vectors)
         for r, part in enumerate(parts(problem)):
             key = f"{timed}@{problem.runs[r].name}"
-            for row, change in zip(block, _within(raw, part, q), strict=True):
-                gain, factor = gain_one(base.residual, change)
-                spare = abs(factor) + 1.645 / max(float(np.linalg.norm(change)), 1e-9)
+            products, gram = beyond.of(change[:, part], part)
+            for n, row in enumerate(block):
+                gain, factor = gain_one(float(products[n]), float(gram[n, n]))
+                spare = abs(factor) + spare_of(gram[n : n + 1, n : n + 1])
                 if gain > found[r][0]:
                     found[r] = (gain, factor, row.get(key, row[timed]), spare)
     return found

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from threadpoolctl import threadpool_limits
 
 from corexy_fmi.effects import own_effects
 from corexy_fmi.engine import classes, document, resolution
@@ -20,7 +16,7 @@ from corexy_fmi.engine.excerpts import excerpts
 from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.experiment import Experiment, next_experiment
 from corexy_fmi.engine.family import within_family
-from corexy_fmi.engine.fit import Fit, Mapper
+from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
 from corexy_fmi.engine.judge import judge
 from corexy_fmi.engine.looser import loosened
@@ -35,6 +31,7 @@ from corexy_fmi.engine.site import beside, sites
 from corexy_fmi.engine.spots import with_finer, with_spot
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
+from corexy_fmi.engine.workers import workers
 from corexy_fmi.kernel.layout import layout_with
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
@@ -52,13 +49,6 @@ class Diagnosis:
     machine: Machine
     evidence: Evidence
     experiment: Experiment | None = None
-
-
-@contextmanager
-def _workers(jobs: int) -> Iterator[Mapper]:
-    """An executor's map; the kernel and BLAS run outside of Python's lock, one thread each."""
-    with threadpool_limits(1), ThreadPoolExecutor(max(jobs, 1)) as pool:
-        yield pool.map
 
 
 def diagnose(
@@ -90,7 +80,7 @@ def diagnose(
     moving = told((*runs, *kept))
     without |= meaningless(runs, machine, layout)
     whole, kept = whole_runs(runs), kept_parts(kept)
-    with _workers(jobs) as mapper:
+    with workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)
         base = retune(layout, machine, tuple(excerpts(runs)), mapper)
         shares = iter((0.2, 0.6, 0.85, 0.9))

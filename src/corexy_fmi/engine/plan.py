@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.effects.api import Parameter
+from corexy_fmi.engine.beyond import Beyond, beyond
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.entries import TEMPERATURE, THRESHOLD
 from corexy_fmi.engine.fit import Fit, Mapper
@@ -39,13 +40,12 @@ SETTLED = 2 * TEMPERATURE * float(np.log(SURE / (1 - SURE)))  # E_sep at which t
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """One program: the bare machine on it, its reach q, where effects begin, and the subspaces
+    """One program: the bare machine on it and its reach, where effects begin, and the subspaces
     (samples, n) into which every rival can move the samples.
     """
 
     program: str
-    base: Fit
-    q: Array
+    behind: Beyond
     offered: Spread
     rivals: dict[Instance, list[Array]]
 
@@ -79,10 +79,9 @@ def _effort(one: Sized) -> float:
 def _on_program(job: tuple[Layout, Machine, str, Recording, float]) -> list[Sized]:
     layout, machine, name, order, std = job
     base = bare(machine, layout, order, std)
-    q, _ = np.linalg.qr(base.jacobian)
-    offered = spread(base)
-    rivals = {i: _subspaces(base, i, q, offered) for i in instances(layout, machine)}
-    stage = _Stage(name, base, q, offered, rivals)
+    behind, offered = beyond(base), spread(base)
+    rivals = {i: _subspaces(behind, i, offered) for i in instances(layout, machine)}
+    stage = _Stage(name, behind, offered, rivals)
     return [_linear(stage, i) for i in rivals]
 
 
@@ -98,7 +97,7 @@ def bare(machine: Machine, layout: Layout, order: Recording, std: float) -> Fit:
     return Fit(problem, u, problem.log_scale(), residual, slopes)
 
 
-def _subspaces(base: Fit, instance: Instance, q: Array, offered: Spread) -> list[Array]:
+def _subspaces(behind: Beyond, instance: Instance, offered: Spread) -> list[Array]:
     """Orthonormal bases (samples, n) of what an effect can change: a wave's phases together, and
     each of several sizes alone.
     """
@@ -106,7 +105,7 @@ def _subspaces(base: Fit, instance: Instance, q: Array, offered: Spread) -> list
     found = []
     for group in [[rows[n] for n in g] for g in groups(instance, rows)[:TRIED]] + _edges(instance):
         apart = [_alone(instance, row, p) for row in group for p in instance.effect.sizes]
-        shift = _shift(base, instance, apart, q)
+        shift = _shift(behind, instance, apart)
         left, size, _ = np.linalg.svd(shift.T, full_matrices=False)
         found.append(left[:, size > max(1e-3 * size[0], 1e-9)])
     return found
@@ -125,20 +124,21 @@ def _edges(instance: Instance) -> list[list[dict[str, float]]]:
     return [[first | {p.name: value}] for p in free for value in (p.lower, p.upper)]
 
 
-def _shift(base: Fit, instance: Instance, rows: list[dict[str, float]], q: Array) -> Array:
+def _shift(behind: Beyond, instance: Instance, rows: list[dict[str, float]]) -> Array:
     """What an effect at these values changes (sets, samples), off all that retuning can do."""
-    problem = replace(base.problem, hypothesis=Hypothesis((instance,)))
+    problem = replace(behind.fit.problem, hypothesis=Hypothesis((instance,)))
     u = np.zeros(problem.size)
-    return changes(base, problem, np.array([row_of(problem, u, instance, r) for r in rows]), q)
+    vectors = np.array([row_of(problem, u, instance, r) for r in rows])
+    return behind.off(changes(behind.fit, problem, vectors))
 
 
 def _linear(stage: _Stage, instance: Instance) -> Sized:
     """The size at which linear signatures say that the name would be settled on one program."""
 
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
-        change = _shift(stage.base, instance, [values], stage.q)[0]
+        change = _shift(stage.behind, instance, [values])[0]
         rivals, left = _nearest(stage, instance, change)
-        return visible(stage.base, instance, float(change @ change), left), rivals
+        return visible(stage.behind.fit, instance, float(change @ change), left), rivals
 
     start = combinations(instance, stage.offered)[0]
     return sized(instance, start, stage.program, share)
@@ -191,7 +191,7 @@ def _nearest(stage: _Stage, instance: Instance, change: Array) -> tuple[list[Ins
         for other, subspaces in stage.rivals.items()
         if other != instance
     }
-    problem, power = stage.base.problem, float(change @ change)
+    problem, power = stage.behind.fit.problem, float(change @ change)
     own = cost_of(problem, instance)
     left = {i: power - near[i] + cost_of(problem, i) - own for i in near if near[i] > LIKE * power}
     return sorted(left, key=lambda i: left[i]), min([power, *left.values()])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.beyond import Beyond, beyond
 from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_places
@@ -59,15 +60,16 @@ class Lead:
         return result
 
 
-def _lead(base: Fit, hypothesis: Hypothesis, problem: Problem, q: Array, offered: Spread) -> Lead:
+def _lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, offered: Spread) -> Lead:
+    base = behind.fit
     u = problem.carried(base.problem, base.u)
     if hypothesis.law:
-        return _law_lead(base, hypothesis, problem, u, q)
+        return _law_lead(behind, hypothesis, problem, u)
     instance = hypothesis.uses[-1]
-    found = _scored(base, problem, instance, q, offered)
+    found = _scored(behind, problem, instance, offered)
     tried = 2 * TRIED if instance.effect.size.over == "threshold" else TRIED
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:tried]])
-    gains = _reach(base, problem, starts, q)
+    gains = behind.gains(problem.residual(starts)[:, : behind.samples])
     order = apart(starts, gains)
     top = float(gains[order[0]])
     kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
@@ -85,48 +87,34 @@ def apart(starts: Array, gains: Array) -> list[int]:
     return kept
 
 
-def _scored(
-    base: Fit, problem: Problem, instance: Instance, q: Array, offered: Spread
-) -> list[Score]:
+def _scored(behind: Beyond, problem: Problem, instance: Instance, offered: Spread) -> list[Score]:
     """Scores of all starts of one effect, best first."""
+    base = behind.fit
     u = problem.carried(base.problem, base.u)
     if instance.effect.size.over == "threshold":
         offered = replace(offered, threshold=within_threshold(base, problem, instance, u))
     local = any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
-    return (by_run if local else scores)(base, problem, instance, u, q, offered)
+    return (by_run if local else scores)(behind, problem, instance, u, offered)
 
 
-def _law_lead(base: Fit, hypothesis: Hypothesis, problem: Problem, u: Array, q: Array) -> Lead:
+def _law_lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, u: Array) -> Lead:
     """A free-form law: all of its values at once."""
     own = law_places(problem.unknowns)
     vectors = np.repeat(u[None], len(own), axis=0)
     vectors[np.arange(len(own)), own] = 1.0
-    gain, factors = gain_many(base.residual, changes(base, problem, vectors, q))
+    gain, factors = gain_many(*behind.of(changes(behind.fit, problem, vectors)))
     start = u.copy()
     start[own] = np.clip(factors, -100, 100)
-    return Lead(hypothesis, problem, gain, (start,), base)
-
-
-def _reach(base: Fit, problem: Problem, starts: Array, q: Array) -> Array:
-    """Gain [nats] (sets,) of each start as it is, nominal parameters retuned linearly."""
-    count = sum(r.count for r in problem.runs)
-    with np.errstate(over="ignore", invalid="ignore"):
-        white = np.repeat(base.residual[None], len(starts), axis=0)  # pulls stay as they are
-        white[:, :count] = problem.residual(starts)[:, :count]
-        white -= (white @ q) @ q.T
-        costs = 0.5 * np.einsum("ij,ij->i", white, white)
-    own = base.residual - q @ (q.T @ base.residual)
-    return 0.5 * float(own @ own) - np.where(np.isfinite(costs), costs, np.inf)
+    return Lead(hypothesis, problem, gain, (start,), behind.fit)
 
 
 def bounds(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:
     """Leads of catalogued candidates as far as their bounds go: none is tried as a start."""
-    q, _ = np.linalg.qr(base.jacobian)
-    offered = spread(base)
+    behind, offered = beyond(base), spread(base)
 
     def one(hypothesis: Hypothesis) -> Lead:
         problem = replace(base.problem, hypothesis=hypothesis)
-        found = _scored(base, problem, hypothesis.uses[-1], q, offered)
+        found = _scored(behind, problem, hypothesis.uses[-1], offered)
         gain, bound = found[0].gain, max(score.bound for score in found)
         return Lead(hypothesis, problem, gain, (), base, bound)
 
@@ -135,12 +123,11 @@ def bounds(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> lis
 
 def screen(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:
     """Every candidate's lead, best first; ``mapper`` may be an executor's map."""
-    q, _ = np.linalg.qr(base.jacobian)
-    first, offered = base.problem, spread(base)
+    first, behind, offered = base.problem, beyond(base), spread(base)
 
     def one(hypothesis: Hypothesis) -> Lead:
         problem = replace(first, hypothesis=hypothesis)
-        return _lead(base, hypothesis, problem, q, offered)
+        return _lead(behind, hypothesis, problem, offered)
 
     leads = list(mapper(one, candidates))  # type: ignore[operator]
     return sorted(leads, key=lambda lead: -lead.gain)

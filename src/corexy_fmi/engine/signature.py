@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.beyond import Beyond
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.slopes import BROKEN
@@ -35,38 +36,27 @@ def row_of(problem: Problem, u: Array, instance: Instance, values: Mapping[str, 
     return row
 
 
-def gain_one(residual: Array, change: Array) -> tuple[float, float]:
-    """Gain [nats] and factor of one signature."""
-    power = float(change @ change)
-    factor = -float(residual @ change) / power if power > 1e-12 else 0.0
+def gain_one(product: float, power: float) -> tuple[float, float]:
+    """Gain [nats] and factor of one signature (`Beyond.of`)."""
+    factor = -product / power if power > 1e-12 else 0.0
     return 0.5 * factor**2 * power, factor
 
 
-def gain_many(residual: Array, changes: Array) -> tuple[float, Array]:
-    """Gain and factors of several signatures (sets, samples) together, lightly ridged."""
-    normal = changes @ changes.T
-    ridge = 1e-6 * np.trace(normal) / len(normal) + 1e-9
-    factors = -np.linalg.solve(normal + ridge * np.eye(len(normal)), changes @ residual)
-    fitted = residual + factors @ changes
-    return 0.5 * float(residual @ residual - fitted @ fitted), factors
+def gain_many(products: Array, gram: Array) -> tuple[float, Array]:
+    """Gain and factors of several signatures (`Beyond.of`) together, lightly ridged."""
+    ridge = 1e-6 * np.trace(gram) / len(gram) + 1e-9
+    factors = -np.linalg.solve(gram + ridge * np.eye(len(gram)), products)
+    return -float(factors @ products + 0.5 * factors @ gram @ factors), factors
 
 
-def raw_changes(base: Fit, problem: Problem, vectors: Array) -> Array:
-    """Change of the residual (sets, samples + base size) by each vector; 0 where it breaks down."""
+def changes(base: Fit, problem: Problem, vectors: Array) -> Array:
+    """Change of the residual (sets, samples) by each vector; 0 where it breaks down."""
     count = sum(r.count for r in problem.runs)
-    white = problem.residual(vectors)[:, :count]
-    change = np.zeros((len(white), len(base.residual)))
+    change = problem.residual(vectors)[:, :count]
     with np.errstate(over="ignore", invalid="ignore"):
-        change[:, :count] = white - base.residual[:count]
-    reach = np.maximum(change.max(axis=1, initial=0.0), -change.min(axis=1, initial=0.0))
-    change[~(reach < BROKEN)] = 0.0
-    return change
-
-
-def changes(base: Fit, problem: Problem, vectors: Array, q: Array) -> Array:
-    """The same, off the base's reach."""
-    change = raw_changes(base, problem, vectors)
-    change -= (change @ q) @ q.T
+        change -= base.residual[:count]
+        whole = np.einsum("ij,ij->i", change, change) < BROKEN**2
+    change[~whole] = 0.0
     return change
 
 
@@ -93,12 +83,17 @@ def within_threshold(
     for _ in range(1 + ZOOMS):
         rows = [others | {size.name: v} for v in tried]
         vectors = np.array([row_of(problem, u, instance, row) for row in rows])
-        acts = np.abs(raw_changes(base, problem, vectors)).max(axis=1) > ACTS
+        acts = np.abs(changes(base, problem, vectors)).max(axis=1) > ACTS
         last = int(np.flatnonzero(acts).max(initial=0))
         tried = np.geomspace(tried[last], tried[min(last + 1, len(tried) - 1)], TRIED)
     half = TRIED // 2
     near, far = 1 - np.geomspace(*WITHIN, half), np.geomspace(*DEEP, half)
     return tuple((tried[0] * np.concatenate([near, far])).tolist())
+
+
+def spare_of(gram: Array) -> float:
+    """Factor by which the faintest of several signatures may grow and not be told, at 95 %."""
+    return 1.645 / max(float(np.sqrt(np.diag(gram).min())), 1e-9)
 
 
 @dataclass(frozen=True)
@@ -110,16 +105,18 @@ class Score:
     bound: float
 
 
-def _scored(base: Fit, instance: Instance, rows: list[dict[str, float]], changes: Array) -> Score:
-    """The score of one start, or of several that differ by their phase alone."""
-    spare = 1.645 / max(float(np.linalg.norm(changes, axis=1).min()), 1e-9)
+def _scored(
+    instance: Instance, rows: list[dict[str, float]], products: Array, gram: Array
+) -> Score:
+    """The score of one start, or of several that differ by their phase alone (`Beyond.of`)."""
+    spare = spare_of(gram)
     phase, size = phase_of(instance), instance.effect.size
     if phase is not None and len(rows) > 1:
-        gain, factors = gain_many(base.residual, changes)
+        gain, factors = gain_many(products, gram)
         factor, angle = combined(rows, factors, phase)
         larger = grown(instance, {**rows[0], phase.name: angle}, max(factor, 0.02))
         return Score(gain, larger, factor + spare)
-    gain, factor = gain_one(base.residual, changes[0])
+    gain, factor = gain_one(float(products[0]), float(gram[0, 0]))
     bound = abs(factor) + spare
     if size.lower >= 0 and factor <= 0 and len(instance.effect.sizes) == 1:
         gain, factor = 0.0, 0.05
@@ -139,7 +136,7 @@ def _shy(instance: Instance, row: Mapping[str, float], score: Score) -> list[Sco
 
 
 def scores(
-    base: Fit, problem: Problem, instance: Instance, u: Array, q: Array, offered: Spread
+    beyond: Beyond, problem: Problem, instance: Instance, u: Array, offered: Spread
 ) -> list[Score]:
     """Scores of all starts, best first; a few blocks of lanes at a time, to spare memory."""
     rows = combinations(instance, offered)
@@ -148,9 +145,10 @@ def scores(
     for first in range(0, len(together), share):
         block = [n for group in together[first : first + share] for n in group]
         vectors = np.array([row_of(problem, u, instance, rows[n]) for n in block])
-        found_by = dict(zip(block, changes(base, problem, vectors, q), strict=True))
+        products, gram = beyond.of(changes(beyond.fit, problem, vectors))
         for group in together[first : first + share]:
-            own = np.array([found_by[n] for n in group])
-            found.append(_scored(base, instance, [rows[n] for n in group], own))
+            own = [block.index(n) for n in group]
+            seen = products[own], gram[np.ix_(own, own)]
+            found.append(_scored(instance, [rows[n] for n in group], *seen))
             found += _shy(instance, rows[group[0]], found[-1])
     return sorted(found, key=lambda score: -score.gain)

@@ -86,7 +86,7 @@ class Whitening:
             first, self.reach, index = rows.start, rows.stop, None
             self.count = self.reach - first
         else:
-            self.count, self.reach, first = len(rows), int(max(rows, default=-1)) + 1, 0
+            self.count, self.reach, first = len(rows), int(rows.max(initial=-1)) + 1, 0
             index = _held(rows, np.int64)
         arrays = (index, _held(value), _held(starts, np.int64), _held(coefficients), _held(offset))
         *places, last = (None if a is None else address(a) for a in arrays)

@@ -1,0 +1,47 @@
+"""The threads of a diagnosis, and memory that it need not ask the system for again and again."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+
+from threadpoolctl import threadpool_limits
+
+from corexy_fmi.engine.fit import Mapper
+
+# of glibc's malloc.h
+TRIM_THRESHOLD, MMAP_THRESHOLD, ARENA_MAX = -1, -3, -8
+KEPT = 2**28  # [bytes] of freed memory that wait for the next call
+APART = 2**25  # [bytes] from which on a block goes back at once, as it does by default
+DEFAULT = 2**17  # [bytes] of both, before a process frees its first large block
+
+
+@contextmanager
+def memory_kept() -> Iterator[None]:
+    """Keep freed memory, one pool for all threads, where the C library is glibc.
+
+    Each call of the kernel and each fit needs megabytes for a moment; got anew they cost a page
+    fault for every 4 KiB, and those a tenth of a diagnosis.
+    """
+    try:
+        c = ctypes.CDLL(None)
+        c.gnu_get_libc_version  # noqa: B018
+    except (AttributeError, OSError, TypeError):  # another C library; Windows has none to name
+        yield
+        return
+    for option, value in ((ARENA_MAX, 1), (MMAP_THRESHOLD, APART), (TRIM_THRESHOLD, KEPT)):
+        c.mallopt(option, value)
+    try:
+        yield
+    finally:
+        c.mallopt(TRIM_THRESHOLD, DEFAULT)
+        c.malloc_trim(0)
+
+
+@contextmanager
+def workers(jobs: int) -> Iterator[Mapper]:
+    """An executor's map; the kernel and BLAS run outside of Python's lock, one thread each."""
+    with memory_kept(), threadpool_limits(1), ThreadPoolExecutor(max(jobs, 1)) as pool:
+        yield pool.map
