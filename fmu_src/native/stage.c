@@ -229,7 +229,9 @@ static void micro_step(stage *s, double end)
 /* intervals in registers, then the motors and the clock behind the last */
 static void run_rows(stage *s, sweep *w)
 {
-    TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology].advance(s, w);
+    table *t = &TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology];
+    if (s->smooth) t->advance_smooth(s, w);
+    else t->advance(s, w);
     const interval *at = &w->part[!w->turn];
     const double half = 0.5 * at->step, end = at->start + at->duration;
     const double before = at->count > 1 ? at->start + (double)(at->count - 1) * at->step : at->start;

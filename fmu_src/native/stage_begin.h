@@ -80,7 +80,7 @@ void stage_derive(stage *s)
     list_active(s);
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK) || s->has_free_friction;
-    s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && !s->smooth && s->topology != KINEMATIC;
+    s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && s->topology != KINEMATIC;
     s->frees_motors = 0;
     for (int i = 0; i < 2; i++)
         EACH s->frees_motors |= s->released[i][l] > 0;

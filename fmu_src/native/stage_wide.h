@@ -20,12 +20,30 @@ INLINE wide halt(wide v, wide c) { return v - _mm512_range_pd(v, c, 2); } /* the
 #else
 INLINE wide halt(wide v, wide c) { return v - _mm512_max_pd(-c, _mm512_min_pd(v, c)); }
 #endif
+INLINE wide least(wide a, wide b) { return _mm512_min_pd(a, b); }
+INLINE wide sized(wide v) { return _mm512_abs_pd(v); }
+/* the size of one with the sign of the other; sizes have none */
+INLINE wide signed_as(wide size, wide v)
+{
+    const __m512i sign = _mm512_and_si512(_mm512_castpd_si512(v), _mm512_set1_epi64(INT64_MIN));
+    return _mm512_castsi512_pd(_mm512_or_si512(_mm512_castpd_si512(size), sign));
+}
 #else
 enum { WIDE_STEPS = LANES == 1 };
 typedef double wide;
 INLINE wide spread(double x) { return x; }
 INLINE wide halt(wide v, wide c) { return v - larger(-c, smaller(v, c)); }
+INLINE wide least(wide a, wide b) { return smaller(a, b); }
+INLINE wide sized(wide v) { return fabs(v); }
+INLINE wide signed_as(wide size, wide v) { return copysign(size, v); }
 #endif
+/* `slide` of stage_friction.h */
+INLINE wide slid(wide v, wide c, wide gain0, wide gain1, wide lift1, wide gain2, wide lift2)
+{
+    const wide size = sized(v), slow = least(gain0 * size, c);
+    const wide fast = least(gain1 * size + lift1, gain2 * size + lift2);
+    return v - signed_as(least(slow, fast), v);
+}
 #define WIDE(lane) (*(wide *)(lane))
 
 #if LANES == 1 && defined(__SSE2__) && defined(__GNUC__)

@@ -14,7 +14,7 @@ from corexy_fmi.kernel.step_code import (
     stretch,
 )
 from corexy_fmi.kernel.trace import c_statements, symbols
-from corexy_fmi.kernel.wide_code import advance
+from corexy_fmi.kernel.wide_code import advance, advance_smooth
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.topology import STAGES, Section, Stage
 
@@ -26,7 +26,7 @@ struct topology {
     void (*collect)(stage *), (*measure)(stage *);
     void (*add_runout)(stage *), (*collect_runout)(stage *), (*find_forces)(stage *);
     void (*stretch)(stage *), (*find_pull)(stage *), (*find_rate)(stage *), (*pull_idlers)(stage *);
-    void (*advance)(stage *, sweep *);
+    void (*advance)(stage *, sweep *), (*advance_smooth)(stage *, sweep *);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
     double rest[2][2];
@@ -152,7 +152,7 @@ def _table(stage: Stage) -> str:
 
 FUNCTIONS = (
     _derive, _elongate, _collect, _measure, _add_runout, _collect_runout, find_forces,
-    stretch, find_pull, find_rate, pull_idlers, advance,
+    stretch, find_pull, find_rate, pull_idlers, advance, advance_smooth,
 )  # fmt: skip
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from corexy_fmi.kernel.pair_code import advance_pairs, mirrored
 from corexy_fmi.kernel.stage_code import FIRST_IDLER, forces, section_sum
 from corexy_fmi.topology import Stage
 
 ADVANCE = """\
-static void {name}_advance(stage *s, sweep *w)
+static void {name}(stage *s, sweep *w)
 {{
     {load}
     int more;
@@ -49,26 +49,31 @@ def advance(stage: Stage) -> str:
     are read in every step, and positions lie in memory while forces are found: in registers they
     would push out what the next operations wait for.
     """
+    if stage.sections and mirrored(stage):
+        return f"#if PAIRS\n{advance_pairs(stage)}#else\n{_advance(stage, _stopped)}#endif\n"
+    return _advance(stage, _stopped)
+
+
+def advance_smooth(stage: Stage) -> str:
+    """The same where Coulomb friction rises with a small speed in any lane."""
+    return _advance(stage, _slid)
+
+
+def _advance(stage: Stage, left: Callable[[int, str], str]) -> str:
+    """``left``: what friction leaves of a coordinate's speed."""
+    name = f"{stage.name}_advance{'_smooth' if left is _slid else ''}"
     if not stage.sections:
-        return (
-            f"static void {stage.name}_advance(stage *s, sweep *w)\n{{\n    (void)s; (void)w;\n}}\n"
-        )
-    if mirrored(stage):
-        return f"#if PAIRS\n{advance_pairs(stage)}#else\n{_advance_wide(stage)}#endif\n"
-    return _advance_wide(stage)
-
-
-def _advance_wide(stage: Stage) -> str:
+        return f"static void {name}(stage *s, sweep *w)\n{{\n    (void)s; (void)w;\n}}\n"
     free = [i for i in range(len(stage.coordinates)) if i not in (2, 3)]
     store = {i: f"WIDE(s->q[{i}]) = q{i}, WIDE(s->v[{i}]) = v{i};" for i in free}
     return ADVANCE.format(
-        name=stage.name,
+        name=name,
         load="\n    ".join(f"wide q{i} = WIDE(s->q[{i}]), v{i} = WIDE(s->v[{i}]);" for i in free),
         drift="\n        ".join(f"q{i} = q{i} + half * v{i};" for i in free),
         hold="\n            ".join(f"WIDE(s->q[{i}]) = q{i};" for i in free),
         tensions="\n            ".join(_tensions(stage)),
         kept="\n                ".join(_kept(stage)),
-        kick="\n            ".join(_kick(stage, free)),
+        kick="\n            ".join(_kick(stage, free, left)),
         on="\n            ".join(f"q{i} = q{i} + d{i};" for i in free),
         store="\n        ".join(store[i] for i in free if i < 2),
         leave="\n    ".join(store.values()),
@@ -94,10 +99,20 @@ def _kept(stage: Stage) -> list[str]:
     return lines + [f"WIDE(s->before[{i}]) = v{i};" for i in range(2)]
 
 
-def _kick(stage: Stage, free: Sequence[int]) -> list[str]:
+def _stopped(i: int, fast: str) -> str:
+    return f"halt({fast}, WIDE(s->slip[{i}]))"
+
+
+def _slid(i: int, fast: str) -> str:
+    places = ("gain[0]", "gain[1]", "lift[0]", "gain[2]", "lift[1]")
+    rounding = ", ".join(f"WIDE(s->round_{place}[{i}])" for place in places)
+    return f"slid({fast}, WIDE(s->slip[{i}]), {rounding})"
+
+
+def _kick(stage: Stage, free: Sequence[int], left: Callable[[int, str], str]) -> list[str]:
     lines, found = [], forces(stage, "tension{}", ("r", "r"))
     for i in free:
         kick = f"WIDE(s->keep[{i}]) * v{i} + WIDE(s->push[{i}]) * ({found[i]})"
-        lines += [f"v{i} = halt({kick}, WIDE(s->slip[{i}]));", f"const wide d{i} = half * v{i};"]
+        lines += [f"v{i} = {left(i, kick)};", f"const wide d{i} = half * v{i};"]
         lines += [f"q{i} = WIDE(s->q[{i}]) + d{i};"]
     return lines
