@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from corexy_fmi.errors import InputError
-from corexy_fmi.kernel import compiler
+from corexy_fmi.kernel import compiler, traced
 from corexy_fmi.kernel.layout import (
     bundled_layout,
     make_layout,
@@ -45,6 +45,30 @@ def test_cache_key_knows_what_decides_the_bytes(monkeypatch):
     monkeypatch.undo()
     assert len(keys) == 6
     assert compiler._fingerprint(layout, 1) in keys
+
+
+def test_the_catalogues_digest_is_kept_and_any_source_renews_it(tmp_path, monkeypatch):
+    layout, cache, package = bundled_layout(), tmp_path / "cache", tmp_path / "package"
+    found = traced.traced_digest(layout, cache)
+    (kept,) = cache.iterdir()
+    assert kept.read_text() == found == traced._traced(layout)
+    monkeypatch.setattr(traced, "_traced", lambda layout: "f" * 64)
+    assert traced.traced_digest(layout, cache) == found
+    assert traced.traced_digest(make_layout({}), cache) == "f" * 64
+    kept.write_text("half of it")
+    assert traced.traced_digest(layout, cache) == "f" * 64
+    package.mkdir()
+    names = []
+    for text in ("one", "another"):
+        (package / "source.py").write_text(text)
+        monkeypatch.setattr(traced, "PACKAGE", package)
+        traced._sources.cache_clear()
+        names.append(traced._sources())
+    traced._sources.cache_clear()
+    assert names[0] != names[1]
+    blocked = tmp_path / "no folder"
+    blocked.write_text("")
+    assert traced.traced_digest(layout, blocked) == "f" * 64
 
 
 def test_without_a_compiler_the_line_that_installs_one(monkeypatch):

@@ -19,6 +19,7 @@ import platformdirs
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.generate import generated_header, sizes_header
 from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.kernel.traced import traced_digest
 
 # no contraction: every build gives the same bits; SLP vectors slow one lane and make eight fast;
 # without trapping math selects become vectors below AVX-512 (three times as fast), values the same
@@ -120,7 +121,7 @@ def _fingerprint(layout: Layout, lanes: int) -> str:
     digest = hashlib.sha256()
     for name in KERNEL_SOURCES:
         digest.update((native_sources() / name).read_bytes())
-    digest.update((sizes_header(layout) + generated_header(layout)).encode())
+    digest.update(traced_digest(layout, cache_folder()).encode())
     parts = (platform.machine(), cpu_name(), *FLAGS, *native_flags(lanes), str(lanes))
     digest.update("\0".join(parts).encode())
     return digest.hexdigest()[:20]
