@@ -29,7 +29,7 @@ typedef struct {
     short active[PORT_COUNT][CALL_COUNT];
     int smooth; /* Coulomb friction is rounded in some lane */
     int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, a lane is one register */
-    int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks;
+    int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
     int frees_motors; /* some lane moves a rotor by its forces */
     int bent; /* sections may change their stiffness, or be damped */
     double now, step;            /* middle of the running micro-step [s], its length [s] */

@@ -10,7 +10,7 @@ static int differs(const stage *s, const struct instance *e)
 static void list_active(stage *s)
 {
     memset(s->active_count, 0, sizeof s->active_count);
-    s->has_history = 0;
+    s->has_history = s->changes = 0;
     int last = -1, on = 0; /* the calls of an instance stand together */
     for (int n = 0; n < CALL_COUNT; n++) {
         const struct call *c = &CALLS[n];
@@ -20,7 +20,7 @@ static void list_active(stage *s)
         if (!(e->drives & c->drives & (1 << s->drive)) || !(e->fidelities & (1 << s->topology))) continue;
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;
-        s->has_belt_damping |= c->damps;
+        s->changes |= c->changes;
         for (int i = c->place; e->frees_rotor && i < c->end; i++)
             for (int l = 0; l < LANES; l++)
                 if (e->on(s, e->parameter, l)) s->released[i][l] = 1;
@@ -78,6 +78,8 @@ void stage_derive(stage *s)
         }
     }
     list_active(s);
+    s->has_belt_damping |= !!(s->changes & CHANGES_BELT_RATES);
+    if (s->has_free_friction) s->changes |= CHANGES_BOUND;
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK) || s->has_free_friction;
     s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && s->topology != KINEMATIC;

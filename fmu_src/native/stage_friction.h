@@ -74,6 +74,14 @@ INLINE double kicked_by(const stage *s, int i, int l, double mass, double dampin
     return smooth ? slide(fast, k.slip, rounded(k.slip, s->smoothing[i][l])) : stop(fast, k.slip);
 }
 
+/* the kick of a coordinate of which only the bound is not a constant of set_kick */
+INLINE double kicked_within(const stage *s, int i, int l, double bound, const int smooth)
+{
+    const double slip = s->push[i][l] * larger(bound, 0.0);
+    const double fast = s->keep[i][l] * s->v[i][l] + s->push[i][l] * s->force[i][l];
+    return smooth ? slide(fast, slip, rounded(slip, s->smoothing[i][l])) : stop(fast, slip);
+}
+
 INLINE double drifted(double q, double v, double half) { return q + half * v; }
 
 /* velocity in the middle of the coming step; exactly 0 while it sticks */

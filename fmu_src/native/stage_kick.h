@@ -1,10 +1,31 @@
 /* The kicks of axes, rotors and idlers, hooks in between.  Part of stage.c. */
 
-INLINE void kick_axes(stage *s, double half, const int smooth)
+INLINE void kick_from(stage *s, int first, int end, double half, const int smooth)
+{
+    for (int i = first; i < end; i++)
+        EACH {
+            const double v = kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
+            s->before[i][l] = s->v[i][l];
+            s->v[i][l] = v;
+            s->q[i][l] = drifted(s->q[i][l], v, half);
+        }
+}
+
+/* coordinates whose friction no law changes */
+INLINE void kick_free(stage *s, int first, int end, double half)
+{
+    if (s->smooth) kick_from(s, first, end, half, 1);
+    else kick_from(s, first, end, half, 0);
+}
+
+/* ``bound_only``: masses and damping are the constants of set_kick */
+INLINE void kick_axes(stage *s, double half, const int bound_only, const int smooth)
 {
     for (int i = 0; i < 2; i++)
         EACH {
-            const double v = kicked_by(s, i, l, s->moving[i][l], s->damping[i][l], s->bound[i][l], smooth);
+            const double v = bound_only
+                ? kicked_within(s, i, l, s->bound[i][l], smooth)
+                : kicked_by(s, i, l, s->moving[i][l], s->damping[i][l], s->bound[i][l], smooth);
             s->v[i][l] = v;
             s->q[i][l] = drifted(s->q[i][l], v, half);
         }
@@ -25,26 +46,14 @@ static void kick_guides(stage *s, double half)
     if (s->has_free_friction) add_laws(s, 1, s->bound, 2);
     run_port(s, PORT_GUIDE);
     run_port(s, PORT_STICK);
-    if (s->smooth) kick_axes(s, half, 1);
-    else kick_axes(s, half, 0);
-}
-
-INLINE void kick_from(stage *s, int first, int end, double half, const int smooth)
-{
-    for (int i = first; i < end; i++)
-        EACH {
-            const double v = kicked_free(s, i, l, s->v[i][l], s->force[i][l], smooth);
-            s->before[i][l] = s->v[i][l];
-            s->v[i][l] = v;
-            s->q[i][l] = drifted(s->q[i][l], v, half);
-        }
-}
-
-/* coordinates whose friction no law changes */
-INLINE void kick_free(stage *s, int first, int end, double half)
-{
-    if (s->smooth) kick_from(s, first, end, half, 1);
-    else kick_from(s, first, end, half, 0);
+    if (s->changes & CHANGES_INERTIA) {
+        if (s->smooth) kick_axes(s, half, 0, 1);
+        else kick_axes(s, half, 0, 0);
+    } else if (s->changes & CHANGES_BOUND) {
+        if (s->smooth) kick_axes(s, half, 1, 1);
+        else kick_axes(s, half, 1, 0);
+    } else
+        kick_free(s, 0, 2, half);
 }
 
 /* a motor follows its command where it is not released */

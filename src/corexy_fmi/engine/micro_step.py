@@ -9,7 +9,7 @@ import numpy as np
 
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.call import Array, step_limit
-from corexy_fmi.kernel.law_code import writes_damping
+from corexy_fmi.kernel.law_code import written
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 
@@ -49,7 +49,7 @@ def damped(
 def damps(instance: Instance) -> bool:
     """Whether an effect damps belts."""
     laws = [law for law in instance.effect.laws if law.port == "belt"]
-    return any(writes_damping(instance.effect, law) for law in laws)
+    return any("belt_time" in written(instance.effect, law) for law in laws)
 
 
 def _needed_by(layout: Layout, machine: Machine, base: Array, instance: Instance) -> list[float]:

@@ -58,11 +58,10 @@ def _target(effect: Effect, law: Law, name: str) -> str:
     return _lvalue(law.port, name)
 
 
-def writes_damping(effect: Effect, law: Law) -> bool:
-    """Whether a law changes how a belt section is damped, which costs the rates of all sections."""
+def written(effect: Effect, law: Law) -> set[str]:
+    """Arrays of the stage's state that a law changes."""
     results = law.function(**symbols(argument_names(law.function)))
-    names = [n for n in results if n not in effect.memory]
-    return any(PORTS[law.port].variables[n][0] == "belt_time" for n in names)
+    return {PORTS[law.port].variables[n][0] for n in results if n not in effect.memory}
 
 
 def check_names(effect: Effect) -> None:
