@@ -28,7 +28,7 @@ from corexy_fmi.engine.force import force
 from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.recording import Recording, read_recording
 
-JOBS, ABREAST = 2, 3  # workers of a diagnosis; diagnoses at once, for none keeps two cores busy
+JOBS, ABREAST = 2, 2  # workers of a diagnosis; diagnoses at once, for none keeps two cores busy
 Given = tuple[list[Recording], list[Recording], Machine]  # to fit, to judge on, its file
 WRONG = (("stribeck_friction", "y"), ("belt_mismatch", "belts"), ("axis_skew", "sensor"))
 
@@ -75,15 +75,17 @@ def _wrong_effect(truth: dict[str, Any]) -> tuple[str, str]:
 
 
 def controls(case: Any, given: Given, pool: Any) -> list[tuple[str, Any]]:
-    """Names of the controls' rows, and what will give their held-out rms and words."""
-    truth, (name, location) = case.truth, _wrong_effect(case.truth)
-    rows = [("a wrong effect forced in", pool.apply_async(_forced, (given, name, location)))]
+    """Names of the controls' rows, and what will give their held-out rms and words; the longest
+    begins first.
+    """
+    truth, rows = case.truth, []
     if truth["effects"]:
         planted = frozenset(e["name"] for e in truth["effects"])
+        struck = pool.apply_async(_told, (given, planted))
         twin = pool.apply_async(_told, (load(plant.twin(case)),))
-        rows.append(("the twin, effect off", twin))
-        rows.append(("true entry deleted", pool.apply_async(_told, (given, planted))))
-    return rows
+        rows = [("the twin, effect off", twin), ("true entry deleted", struck)]
+    forced = pool.apply_async(_forced, (given, *_wrong_effect(truth)))
+    return [("a wrong effect forced in", forced), *rows]
 
 
 def _told(given: Given, without: frozenset[str] = frozenset()) -> tuple[dict[str, Any], str]:
