@@ -138,6 +138,21 @@ def test_lanes_take_their_own_inputs(fidelity, mode, lead, sets):
     assert sets == 1 or not np.array_equal(together[0], together[-1])
 
 
+@pytest.mark.parametrize("fidelity", ["full", "reduced"])
+@pytest.mark.parametrize("law", [None, "constant_force", "friction_vs_position", "quadratic_drag"])
+def test_lanes_take_their_own_rounding_of_friction(law, fidelity):
+    """In registers, and where a law adds force, changes the bound, or the damping of an axis."""
+    hook = [(law, "x", start_values(catalogue()[law]))] if law else []
+    widths = np.array([0.0, 1e-5, 2e-4, 2e-3, 0.0, 3e-4, 1e-3, 5e-5, 4e-4, 1e-6])
+    vectors = np.array([vector(effects=hook, friction_smoothing=w) for w in widths])
+    options = {"fidelity": fidelity, "limit": STEP}
+    together = run_lanes(bundled_layout(), excitation(False), vectors, **options)
+    for n, one in enumerate(vectors):
+        alone = run_lanes(bundled_layout(), excitation(False), one[None], **options)[0]
+        assert np.array_equal(alone, together[n])
+    assert not np.array_equal(together[0], together[3])
+
+
 def test_neutral_effects_leave_bits_and_step():
     """Other parameters of an effect that is off do not matter either."""
     bare, layout = vector(), bundled_layout()
