@@ -38,18 +38,31 @@ static void errors(const whitening *f, const double *row, int64_t at, int64_t n,
         for (int64_t i = 0; i < n; i++) e[i] = f->value[at + i] - e[i];
 }
 
+/* n samples of innovations; ``order`` is known to the compiler, so that one pass does it */
+static inline void innovations(const double *e, const double *a, double share, int order, int64_t n,
+                               double *restrict w)
+{
+    for (int64_t i = 0; i < n; i++) {
+        double sum = share * e[i];
+        for (int k = 1; k <= order; k++) sum -= a[k - 1] * e[i - k];
+        w[i] = sum;
+    }
+}
+
 static void filter(const whitening *f, const double *row, double *white)
 {
     double buffer[ORDER + BLOCK] = {0.0}, *e = buffer + ORDER;
+    double a[ORDER] = {0.0};
+    const double share = 1.0 / f->innovation;
+    for (int64_t k = 0; k < f->order; k++) a[k] = f->coefficient[k] * share;
     for (int64_t at = 0; at < f->count; at += BLOCK) {
         const int64_t n = f->count - at < BLOCK ? f->count - at : BLOCK;
         double *w = white + at;
         errors(f, row, at, n, e);
-        for (int64_t i = 0; i < n; i++) w[i] = e[i] / f->innovation;
-        for (int64_t k = 1; k <= f->order; k++) {
-            const double a = f->coefficient[k - 1] / f->innovation;
-            for (int64_t i = 0; i < n; i++) w[i] -= a * e[i - k];
-        }
+        if (f->order == 0) innovations(e, a, share, 0, n, w);
+        else if (f->order <= 2) innovations(e, a, share, 2, n, w);
+        else if (f->order <= 4) innovations(e, a, share, 4, n, w);
+        else innovations(e, a, share, ORDER, n, w);
         for (int k = 1; k <= ORDER; k++) e[-k] = e[n - k];
     }
     for (int64_t k = 0; k < f->starts; k++)
