@@ -136,6 +136,21 @@ def test_a_recording_without_noise_has_a_millionth_of_its_motion():
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("size", [1e-3, 1.0, 30.0])
+def test_smooth_errors_are_foretold_no_better_than_the_least_noise(size):
+    """Else a smooth mismatch, every sample of which follows from those before, would be likelier
+    than none at all: that was named in recordings without noise.
+    """
+    smooth = size * np.sin(np.arange(COUNT) / 200.0)
+    noise, nothing = (estimate(e, unbroken(), 1.0) for e in (smooth, np.zeros(COUNT)))
+
+    def surprise(noise, errors):
+        return noise.log_scale(unbroken()) + 0.5 * np.sum(noise.whiten(errors, unbroken()) ** 2)
+
+    assert noise.innovation >= nothing.innovation == 1.0
+    assert surprise(noise, smooth) > surprise(nothing, np.zeros(COUNT))
+
+
 def test_a_recording_without_noise_of_nothing_is_nothing():
     """Arithmetic that is left of it, 1e-12 m, was unexplained before."""
     chosen = machine("light_bench")

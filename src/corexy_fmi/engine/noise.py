@@ -72,20 +72,22 @@ def _autocovariance(errors: Array, breaks: np.ndarray, lags: int) -> Array:
 
 
 def estimate(errors: Array, breaks: np.ndarray, floor: float = 1e-12) -> Noise:
-    """The autoregressive model of an error sequence (m,); its order by BIC among ``ORDERS``."""
+    """The autoregressive model of an error sequence (m,); its order by BIC among ``ORDERS``.
+
+    White noise of ``floor`` is thought added: smooth errors are foretold no better than that.
+    """
     centred = errors - errors.mean()
     covariance = _autocovariance(centred, breaks, max(ORDERS))
-    marginal = max(float(np.sqrt(covariance[0])), floor)
+    covariance[0] += floor**2
+    marginal = float(np.sqrt(covariance[0]))
     best: tuple[float, Noise] | None = None
     for order in (o for o in ORDERS if o < len(errors) // 10):
         a = _yule_walker(covariance, order)
         noise = Noise(a, 1.0, marginal / 1.0)
         raw = noise.whiten(centred, breaks) if order else centred
         settled = ~warm_up(breaks, order)
-        innovation = (
-            max(float(np.sqrt(np.mean(raw[settled] ** 2))), floor) if settled.any() else marginal
-        )
-        fitted = Noise(a, innovation, marginal)
+        new = float(np.mean(raw[settled] ** 2)) + floor**2 * (1 + float(a @ a))
+        fitted = Noise(a, float(np.sqrt(new)) if settled.any() else marginal, marginal)
         score = fitted.log_scale(breaks) + 0.5 * order * np.log(len(errors))
         if best is None or score < best[0]:
             best = (score, fitted)
@@ -128,8 +130,9 @@ def finest(samples: Samples) -> float:
     return max(FINEST * float(np.std(samples.value)), 1e-12)
 
 
-def difference_noise(errors: Array) -> tuple[Noise, Array]:
-    """The noise that the differences of neighbouring loops (k, n) show, each loop's mean apart.
+def difference_noise(errors: Array, floor: float) -> tuple[Noise, Array]:
+    """The noise, and ``floor``, that the differences of neighbouring loops (k, n) show, each loop's
+    mean apart.
 
     The difference of the same place of two loops holds noise and drift alone, whatever the model
     lacks: its size over sqrt(2) is the noise, its correlation the noise's colour.
@@ -138,4 +141,4 @@ def difference_noise(errors: Array) -> tuple[Noise, Array]:
     differences = differences - differences.mean(axis=1, keepdims=True)
     breaks = np.zeros(differences.shape, dtype=bool)
     breaks[:, 0] = True
-    return estimate(differences.ravel(), breaks.ravel()), differences.ravel()
+    return estimate(differences.ravel(), breaks.ravel(), floor), differences.ravel()

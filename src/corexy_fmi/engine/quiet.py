@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.jitter import scatter
 from corexy_fmi.engine.loops import looped_rows
-from corexy_fmi.engine.noise import Noise, difference_noise, estimate, finest, least_step, white
+from corexy_fmi.engine.noise import Noise, difference_noise, estimate, finest, least_step
 from corexy_fmi.engine.samples import Run, Samples, even
 from corexy_fmi.kernel.call import Array
 
@@ -76,10 +76,7 @@ def own_models(runs: tuple[Run, ...], errors: list[list[Array]]) -> tuple[tuple[
         for run, mine in zip(runs, errors, strict=True)
     ]
     found = [
-        [
-            at_least(_of_run(run, s, e, v), finest(s))
-            for s, e, v in zip(run.samples, mine, jitter, strict=True)
-        ]
+        [_of_run(run, s, e, v) for s, e, v in zip(run.samples, mine, jitter, strict=True)]
         for run, mine, jitter in zip(runs, errors, late, strict=True)
     ]
     sizes = [[independent(e - e.mean()) for e in mine] for mine in errors]
@@ -113,11 +110,6 @@ def surprise(noise: Noise, errors: Array, samples: Samples, known: float) -> flo
     return left(float(np.std(white)), known * gain)
 
 
-def at_least(noise: Noise, std: float) -> Noise:
-    """A noise, or white noise of a standard deviation where it is less."""
-    return noise if noise.marginal > std else white(std)
-
-
 def left(deviation: float, known: float) -> float:
     """A standard deviation without what jitter adds to its square."""
     return float(np.sqrt(max(deviation**2 - max(known, 0.0), 0.0)))
@@ -135,14 +127,15 @@ def _same(runs: tuple[Run, ...], channel: str) -> list[tuple[int, int]]:
 
 def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
     """The noise of one channel's errors, without what lasts; of those at rest, where they are far
-    smaller.
+    smaller; with the least that counts as noise.
     """
+    floor = finest(samples)
     time = run.excitation.time[samples.index]
     quick = quick_part(errors, time) if lasting(errors, time) else errors
     looped = _of_loops(run, samples, errors)
     if looped is not None:
         return looped
-    whole, rest = estimate(quick, samples.breaks), at_rest(run)[samples.index]
+    whole, rest = estimate(quick, samples.breaks, floor), at_rest(run)[samples.index]
     if min(rest.sum(), (~rest).sum()) < ROWS:
         return whole
     moving, still = errors[~rest] - errors.mean(), errors[rest] - errors.mean()
@@ -152,7 +145,7 @@ def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
     if min(sizes) < FEWEST or ratio < LOUDER or significance(ratio, *sizes) < SURE:
         return whole
     quiet = samples.without(~rest)
-    return estimate(errors[rest], quiet.breaks)
+    return estimate(errors[rest], quiet.breaks, floor)
 
 
 def _of_loops(run: Run, samples: Samples, errors: Array) -> Noise | None:
@@ -164,6 +157,6 @@ def _of_loops(run: Run, samples: Samples, errors: Array) -> Noise | None:
     near = looped_rows(time, loops) if loops else None
     if near is None or near[1:].size < ROWS:
         return None
-    noise, differences = difference_noise(errors[near])
+    noise, differences = difference_noise(errors[near], finest(samples))
     drifts = noise.marginal > APART * float(np.std(errors))
     return None if drifts or independent(differences) < FEWEST else noise

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from corexy_fmi.engine.loops import Loops, looped_rows
-from corexy_fmi.engine.noise import Noise, difference_noise
+from corexy_fmi.engine.noise import Noise, difference_noise, finest
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.quiet import LOUDER, SURE, independent, significance
 from corexy_fmi.kernel.call import Array
@@ -61,7 +61,7 @@ def _channel(replayed: Replay, channel: int, loops: Loops | None) -> Repeated | 
         return None
     step = float(np.median(np.diff(time)))
     errors = replayed.errors[channel][near]  # (loops, samples of one)
-    noise, differences = difference_noise(errors)
+    noise, differences = difference_noise(errors, finest(samples))
     used = errors.ravel()
     ratio = float(np.sqrt(np.mean((used - used.mean()) ** 2)) / max(noise.marginal, 1e-15))
     sure = significance(ratio, independent(used - used.mean()), independent(differences))
