@@ -129,6 +129,16 @@ def test_retuning_follows_the_first_mode_and_not_the_rest(machine, recordings):
 
 @real
 @pytest.mark.long
+def test_retuning_goes_on_from_more_than_the_best_start(machine, recordings, monkeypatch):
+    """Under white noise as small as the sensor's the starts are judged by the wrong measure."""
+    runs, _ = make_runs(list(recordings.values()), [], machine)
+    several = retune(bundled_layout(), machine, tuple(runs))
+    monkeypatch.setattr("corexy_fmi.engine.retune.AHEAD", 1)
+    assert several.cost < retune(bundled_layout(), machine, tuple(runs)).cost - 5.0
+
+
+@real
+@pytest.mark.long
 def test_no_cause_is_claimed_and_the_proof_is_called_weak(machine, recordings):
     """One move, for time; the page tells what both give."""
     diagnosis = diagnose([recordings["y.csv"]], [], machine, jobs=2)

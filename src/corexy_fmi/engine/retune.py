@@ -8,7 +8,7 @@ import numpy as np
 
 from corexy_fmi.engine import clock
 from corexy_fmi.engine.clean import without_spikes
-from corexy_fmi.engine.fit import Fit, Mapper, costs, hides, minimise, settle
+from corexy_fmi.engine.fit import HIDDEN, Fit, Mapper, costs, hides, minimise, settle
 from corexy_fmi.engine.micro_step import AT_EASE
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.problem import Problem
@@ -21,6 +21,7 @@ from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
 SHOWN = 3.0  # [nats] that longer micro-steps may change; the last fits take the machine's own
+AHEAD = 4  # of the fits that were begun, best first, which are carried on
 LENGTHS = (4.0, 3.0, AT_EASE)  # of the micro-step, in those that the machine needs
 
 
@@ -28,9 +29,22 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
-    first = minimise(problem, best(begun(problem, clock.start(problem), mapper=mapper)).u, 15)
-    cleaned = replace(problem, runs=without_spikes(first))
-    return _carried(settle(unstuck(minimise(_quick(cleaned, first.u), first.u))))
+    ahead = sorted(begun(problem, clock.start(problem), mapper=mapper), key=lambda fit: fit.cost)
+    ends = _distinct(list(mapper(lambda fit: minimise(problem, fit.u, 15), ahead[:AHEAD])))
+    cleaned = replace(problem, runs=without_spikes(ends[0]))
+    return best(list(mapper(lambda fit: _ended(cleaned, fit.u), ends)))
+
+
+def _distinct(fits: list[Fit]) -> list[Fit]:
+    """The fits of different ends, best first: each may be led elsewhere by the noise's colour."""
+    ordered = sorted(fits, key=lambda fit: fit.cost)
+    apart = np.diff([fit.cost for fit in ordered], prepend=-np.inf) > HIDDEN
+    return [fit for fit, new in zip(ordered, apart, strict=True) if new]
+
+
+def _ended(problem: Problem, u: np.ndarray) -> Fit:
+    """The problem's fit from u, carried to its end."""
+    return _carried(settle(unstuck(minimise(_quick(problem, u), u))))
 
 
 def _carried(fit: Fit) -> Fit:
@@ -50,21 +64,26 @@ def quick(fit: Fit) -> Fit:
 
 
 def _quick(problem: Problem, u: np.ndarray) -> Problem:
-    """The problem with the longest micro-steps that change next to nothing.
+    """The problem with the longest micro-steps that change next to nothing, nor break down.
 
     More than twice the length only where belts may still stiffen as far as a search begins.
     """
     for times in LENGTHS:
         coarse = replace(problem, coarse=times)
-        if hides(problem, coarse, u, SHOWN) and (times <= AT_EASE or _holds(coarse, u)):
+        begins = [np.zeros_like(u)] if times <= AT_EASE else _stiff(coarse, u)
+        if hides(problem, coarse, u, SHOWN) and _holds(coarse, begins):
             return coarse
     return problem
 
 
-def _holds(problem: Problem, u: np.ndarray) -> bool:
-    """Whether the runs with stiffer belts do not break down, nor those of the machine file: where
-    what lags is missing, retuned belts are too soft, and its fit must find back.
+def _stiff(problem: Problem, u: np.ndarray) -> list[np.ndarray]:
+    """The fit and the machine file with stiffer belts: where what lags is missing, retuned belts
+    are too soft, and its fit must find back.
     """
     stiff = [stiffened(problem, start) for start in (u, np.zeros_like(u))]
-    sets = np.array([row for row in stiff if row is not None])
-    return not len(sets) or bool(costs(problem.residual(sets)).max() < BROKEN)
+    return [row for row in stiff if row is not None]
+
+
+def _holds(problem: Problem, sets: list[np.ndarray]) -> bool:
+    """Whether no run of the sets breaks down."""
+    return not sets or bool(costs(problem.residual(np.array(sets))).max() < BROKEN)
