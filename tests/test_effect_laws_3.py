@@ -17,6 +17,7 @@ from kernel_helpers import (
     vector,
 )
 
+from corexy_fmi.effects import microstep_error, tooth_ripple
 from corexy_fmi.topology import FULL, REDUCED
 
 R, STEP_ANGLE = 5e-3, 2 * np.pi / 200
@@ -28,16 +29,34 @@ R, STEP_ANGLE = 5e-3, 2 * np.pi / 200
 @pytest.mark.parametrize("name", ["tooth_ripple", "microstep_error"])
 @pytest.mark.parametrize(("motor", "sign"), [("motor1", 1), ("motor2", -1)])
 def test_ripples_have_their_amplitude_and_period(name, motor, sign):
-    """Half of a motor's error goes to x, half to y: r a sin(50 phi + p), a sin(z phi + p)."""
+    """Half of a motor's error goes to x, half to y: r a w(50 phi + p), a sin(z phi + p)."""
     time, path = polyline([(0, 0), (0.05, 0.02)], 0.05)
     angle = angles_of(path)[:, 0 if sign > 0 else 1]
-    numbers = (2e-5, 0.6, 17.0) if name == "tooth_ripple" else (4e-3, 0.6)
+    numbers = (2e-5, 0.6, 17.0) if name == "tooth_ripple" else (4e-3, 0.6, 0.2, -0.3)
     error = 2e-5 * (np.sin(17 * angle + 0.6) - np.sin(0.6))
     if name == "microstep_error":
-        error = R * 4e-3 * (np.sin(50 * angle + 0.6) - np.sin(0.6))
+        wave = [
+            np.sin(t) + 0.2 * np.sin(4 * t) - 0.3 * np.cos(4 * t) for t in (50 * angle + 0.6, 0.6)
+        ]
+        error = R * 4e-3 * (wave[0] - wave[1])
     x, y = run(drive(time, path), vector(effects=[(name, motor, numbers)]), fidelity="kinematic")
     assert x - path[:, 0] == pytest.approx(error / 2, abs=1e-12)
     assert y - path[:, 1] == pytest.approx(sign * error / 2, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["tooth_ripple", "microstep_error"])
+def test_ripples_slopes_are_those_of_what_they_add(name):
+    """What is told of the rate (or of the travel for an angle) is the derivative."""
+    if name == "tooth_ripple":
+        made, key, slope = tooth_ripple.mesh, "travel", "gain"
+        numbers = (2e-5, 0.6, 17.0, 0.3, -0.4)
+        ends = [made(0.0, 0.0, at, *numbers)[key] for at in (0.7 - 1e-6, 0.7 + 1e-6)]
+        told = made(0.0, 0.0, 0.7, *numbers)[slope]
+    else:
+        made, numbers = microstep_error.microstep, (4e-3, 0.6, 0.3, -0.4)
+        ends = [made(at, 1.0, *numbers)["command"] for at in (0.7 - 1e-6, 0.7 + 1e-6)]
+        told = made(0.7, 1.0, *numbers)["rate"]
+    assert told == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-6)
 
 
 def test_ripples_turn_the_belts_with_their_slope():

@@ -1,8 +1,10 @@
 """An angle error of a stepper motor that repeats with each electrical cycle.
 
-    phi = phi_c + a (sin(50 phi_c + phase) - sin phase)                                  [rad]
+    phi = phi_c + a (w(50 phi_c + phase) - w(phase)),   w(t) = sin t + p sin 4 t + q cos 4 t  [rad]
 
-It is zero at a command of zero, where a machine's coordinates begin.
+Offsets of the two phases' currents give its wave, distorted currents and the rotor's cogging one of
+each full step; p and q are the sine and cosine of that.  It is zero at a command of zero, where a
+machine's coordinates begin.
 
 Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994 (microstepping).
 """
@@ -20,14 +22,36 @@ from corexy_fmi.effects.api import (
 )
 from corexy_fmi.kernel.xmath import cos, sin
 
+STEPS = 4  # full steps of an electrical cycle
 
-def microstep(command, rate, amplitude, phase):
+
+def microstep(command, rate, amplitude, phase, overtone_sine, overtone_cosine):
     """Angle [rad] and rate [rad/s] that the motor makes of its command."""
     turn = ROTOR_TEETH * command + phase
+    p, q = overtone_sine, overtone_cosine
+
+    def wave(angle):
+        return sin(angle) + p * sin(STEPS * angle) + q * cos(STEPS * angle)
+
+    slope = cos(turn) + STEPS * (p * cos(STEPS * turn) - q * sin(STEPS * turn))
     return {
-        "command": command + amplitude * (sin(turn) - sin(phase)),
-        "rate": rate * (1 + ROTOR_TEETH * amplitude * cos(turn)),
+        "command": command + amplitude * (wave(turn) - wave(phase)),
+        "rate": rate * (1 + ROTOR_TEETH * amplitude * slope),
     }
+
+
+def overtone(name):
+    """A share of the wave of each full step."""
+    return Parameter(
+        f"overtone_{name}",
+        "1",
+        f"{name} of four times the cycle's phase, over the amplitude",
+        0.0,
+        -1.0,
+        1.0,
+        (0.0,),
+        default=0.0,
+    )
 
 
 EFFECT = Effect(
@@ -55,9 +79,12 @@ EFFECT = Effect(
             PHASES,
             periodic=TWO_PI,
         ),
+        overtone("sine"),
+        overtone("cosine"),
     ),
     laws=(Law("command", microstep),),
-    equation=r"\varphi = \varphi_c + a (\sin(50\,\varphi_c + \varphi_0) - \sin\varphi_0)",
+    equation=r"\varphi = \varphi_c + a (w(50\,\varphi_c + \varphi_0) - w(\varphi_0)),\ "
+    r"w(\theta) = \sin\theta + p \sin 4\theta + q \cos 4\theta",
     citation="Kenjo, Sugawara 1994, Stepping Motors and Their Microprocessor Controls",
     remedy="Use a driver with corrected currents, tune its offsets, or take a 0.9-degree motor.",
     check="Step by single microsteps and measure each: their sizes repeat every four full steps.",
