@@ -38,10 +38,13 @@ from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rough import softened
 from corexy_fmi.engine.search import CLOSE, FINALISTS, rank, search
+from corexy_fmi.engine.specification import leftover
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.whole import whole, with_whole_counts
 
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
+COMPLETING = 0.005  # the same where the first one alone is refuted by what it leaves, both are not
+WHOLE = 3.0  # standard deviations of what both leave to simple functions, at most
 
 
 def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
@@ -87,9 +90,15 @@ def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
 
 
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:
-    """Whether a second effect gains enough over one."""
-    gain = rank(one) - rank(two)
-    return gain > max(THRESHOLD + form_floor(two), SECOND_SHARE * (base.cost - one.cost))
+    """Whether a second effect gains enough over one: as a wrong form of one may leave a share of it
+    to others, either more than that, or what one leaves to simple functions and both do not.
+    """
+    gain, whole = rank(one) - rank(two), base.cost - one.cost
+    if gain < max(THRESHOLD + form_floor(two), COMPLETING * whole):
+        return False
+    return gain > SECOND_SHARE * whole or (
+        leftover(one).matters(0.0) and leftover(two).score < WHOLE
+    )
 
 
 def _told_by_parity(entries: list[Entry]) -> list[Entry]:

@@ -16,7 +16,7 @@ from corexy_fmi.kernel.call import Array
 
 ORDERS = (0, 1, 2, 4, 8)
 FINEST = (
-    1e-6  # of a channel's own standard deviation: what no sensor resolves, nor a model foretells
+    1e-7  # of a channel's own standard deviation: what no sensor resolves, nor a model foretells
 )
 
 
