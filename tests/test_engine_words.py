@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion
 
-from corexy_fmi.engine.again import by_parity
+from corexy_fmi.engine.again import by_parity, refined
 from corexy_fmi.engine.free_form import LawShape, law_errors, law_values
 from corexy_fmi.engine.model import covariance, tuned_machine
 from corexy_fmi.engine.period import period
+from corexy_fmi.engine.search import rank
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.machine import FreeForm
 
@@ -40,6 +41,9 @@ def test_a_law_is_told_to_be_odd_or_even_where_its_other_half_does_not_pay(parit
     assert spread.max() <= law_errors(whole, covariance(whole)).max() * 1.01
     (kept,) = tuned_machine(found, "told").free_forms
     assert kept.values == pytest.approx(law_values(found))
+    finer = refined(found)
+    assert rank(finer) <= rank(found)
+    assert finer.problem.hypothesis.law.parity == parity
 
 
 def told(waves: float, share: float) -> str:

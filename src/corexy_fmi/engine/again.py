@@ -9,7 +9,7 @@ import numpy as np
 from corexy_fmi.engine.candidates import finer
 from corexy_fmi.engine.entries import Entry, entry_of
 from corexy_fmi.engine.fit import Fit, Mapper, fine, minimise, settle
-from corexy_fmi.engine.free_form import PARITIES, halved, law_places
+from corexy_fmi.engine.free_form import PARITIES, halved, law_places, law_values
 from corexy_fmi.engine.restart import LEADER, begun, best
 from corexy_fmi.engine.rough import across, softened, unstuck
 from corexy_fmi.engine.search import CLOSE, rank
@@ -35,11 +35,10 @@ def refined(fit: Fit) -> Fit:
     law = fit.problem.hypothesis.law
     if law is None:
         return fit
-    first = law_places(fit.problem.unknowns)[0]
-    last = first + len(law.knots)
-    problem = replace(fit.problem, hypothesis=Hypothesis(law=finer(law)))
-    values = np.interp(finer(law).knots, law.knots, fit.u[first:last])
-    start = np.concatenate([fit.u[:first], values, fit.u[last:]])
+    at, twice = law_places(fit.problem.unknowns), finer(law)
+    problem = replace(fit.problem, hypothesis=Hypothesis(law=twice))
+    values = np.interp(twice.knots, law.knots, law_values(fit) / law.scale)[twice.own]
+    start = np.concatenate([fit.u[: at[0]], values, fit.u[at[-1] + 1 :]])
     again = settle(minimise(problem, start, 8))
     return again if rank(again) < rank(fit) else fit
 
