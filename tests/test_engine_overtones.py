@@ -15,8 +15,8 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.name import _parts, _pays
 from corexy_fmi.engine.overtones import DUTIES, OVERTONES, _phase, _share, alone, overtone_fits
+from corexy_fmi.engine.pairs import _parts, _pays
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.search import rank
 from corexy_fmi.kernel.layout import bundled_layout

@@ -85,7 +85,7 @@ def polished(one: Fit, two: Fit) -> Fit:
     return again if again.cost < one.cost else one
 
 
-def _shaken(fit: Fit, mapper: Mapper) -> Fit:
+def shaken(fit: Fit, mapper: Mapper) -> Fit:
     """A fit begun again from beside where it ended: dry friction leaves many minima close by.
 
     Each of the effects' parameters but their sizes is pushed by its scale, up and down; the best
@@ -109,7 +109,7 @@ def leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
     """The entries with those in the lead fitted again from beside their ends, best first."""
     named = [e for e in entries if e.hypothesis.uses]
     ahead = [e for e in named if _leads(e, named[0])]
-    again = {id(e): entry_of(base, _shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
+    again = {id(e): entry_of(base, shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
     return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
 
 
