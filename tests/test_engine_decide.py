@@ -40,6 +40,8 @@ CASES = [
     (SURELY, 500.0, proof(30.0, -5.0, contrasts=(30.0, 0.4)), "unexplained"),
     (SURELY, 70.0, proof(0.7, contrasts=(0.8,)), "explained"),  # nor can the only one
     (SURELY, 70.0, proof(-0.3, contrasts=(0.8,)), "ambiguous"),  # it gains nothing
+    (SURELY, 70.0, proof(-3.3, contrasts=(0.1,)), "ambiguous"),  # fits of the same end apart
+    (SURELY, 70.0, proof(-3.3), "unexplained"),
     (SURELY, 70.0, proof(-5.0, contrasts=(0.8,)), "unexplained"),
     (SURELY, 30.0, proof(0.7, contrasts=(0.8,)), "nothing_missing"),  # a false alarm, as likely
     (SURELY, 500.0, proof(30.0, retuned=0.87, explained=1.0), "unexplained"),  # rms has grown

@@ -13,6 +13,7 @@ SURE = 0.95
 AGREES = 1.1  # rms over noise
 CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
 MUTE = 6.0  # [nats] of contrast d up to which its scatter, sqrt(2 d), is most of a gain
+SCATTER = 4.0  # [nats] by which predictive fits of replays that are alike may end apart
 WORSE = 1.02  # of the retuned machine's held-out rms; right causes came to 1.004 at most
 WEAK_GAIN = 40.0  # [nats] below which an unconfirmed effect is a false alarm
 CLASS_SHARE = 0.02  # members of a class have at least this share of the best one's probability
@@ -80,10 +81,13 @@ def mute(proof: Proof) -> bool:
 
 
 def harmless(proof: Proof) -> bool:
-    """Whether held-out data do not speak against the explanation; enough for a free-form law."""
+    """Whether held-out data do not speak against the explanation; enough for a free-form law.
+    Where a recording does not show it, what its fits end apart by says nothing.
+    """
     retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
     worse = explained > WORSE * retuned  # False where nothing is held out
-    return not worse and all(gain > -CONFIRMED for gain in proof.gains("holdout"))
+    told = zip(proof.gains("holdout"), proof.contrasts("holdout"), strict=True)
+    return not worse and all(g > -(CONFIRMED if d > MUTE else SCATTER) for g, d in told)
 
 
 def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
