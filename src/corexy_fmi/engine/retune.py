@@ -30,9 +30,14 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
     ahead = sorted(begun(problem, clock.start(problem), mapper=mapper), key=lambda fit: fit.cost)
-    ends = _distinct(list(mapper(lambda fit: minimise(problem, fit.u, 15), ahead[:AHEAD])))
+    ends = _distinct(list(mapper(lambda fit: _alone(minimise(problem, fit.u, 15)), ahead[:AHEAD])))
     cleaned = replace(problem, runs=without_spikes(ends[0]))
-    return best(list(mapper(lambda fit: _ended(cleaned, fit.u), ends)))
+    return best(list(mapper(lambda fit: _alone(_ended(cleaned, fit.u)), ends)))
+
+
+def _alone(fit: Fit) -> Fit:
+    """The fit without its Jacobian, for several are kept at once."""
+    return replace(fit, near=None)
 
 
 def _distinct(fits: list[Fit]) -> list[Fit]:
