@@ -17,7 +17,7 @@ TEN_AIMS = ("95 %", "95 %", "-", "-", "<= 2 %", "<= 1 %", "-", "-", "-")
 FULL_AIMS = ("98 %", "95 %", "92 %", "-", "<= 1 %", "<= 1 %", "90 %", "<= 3 %", "90 %")
 ONCE = (
     "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
-    "those after it, and none was run again. "
+    "those after it, and none that was scored was run again. "
 )
 MORE = 1.5  # times the E that a fit reaches: the plant's is overstated
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")

@@ -65,6 +65,24 @@ class Parameter:
         return self.units.get(location, self.unit)
 
 
+def overtones(of: str) -> tuple[Parameter, Parameter]:
+    """Sine and cosine of a wave's overtone, as shares of the wave; ``of``: what they turn with."""
+    sine, cosine = (
+        Parameter(
+            f"overtone_{name}",
+            "1",
+            f"{name} of {of}, over the amplitude",
+            0.0,
+            -1.0,
+            1.0,
+            (0.0,),
+            default=0.0,
+        )
+        for name in ("sine", "cosine")
+    )
+    return sine, cosine
+
+
 @dataclass(frozen=True)
 class Law:
     """One function at one port; the function's argument names say what it reads."""

@@ -19,6 +19,7 @@ from corexy_fmi.effects.api import (
     Effect,
     Law,
     Parameter,
+    overtones,
 )
 from corexy_fmi.kernel.xmath import cos, sin
 
@@ -38,20 +39,6 @@ def microstep(command, rate, amplitude, phase, overtone_sine, overtone_cosine):
         "command": command + amplitude * (wave(turn) - wave(phase)),
         "rate": rate * (1 + ROTOR_TEETH * amplitude * slope),
     }
-
-
-def overtone(name):
-    """A share of the wave of each full step."""
-    return Parameter(
-        f"overtone_{name}",
-        "1",
-        f"{name} of four times the cycle's phase, over the amplitude",
-        0.0,
-        -1.0,
-        1.0,
-        (0.0,),
-        default=0.0,
-    )
 
 
 EFFECT = Effect(
@@ -79,8 +66,7 @@ EFFECT = Effect(
             PHASES,
             periodic=TWO_PI,
         ),
-        overtone("sine"),
-        overtone("cosine"),
+        *overtones("four times the cycle's phase"),
     ),
     laws=(Law("command", microstep),),
     equation=r"\varphi = \varphi_c + a (w(50\,\varphi_c + \varphi_0) - w(\varphi_0)),\ "

@@ -8,7 +8,16 @@ of zero, where a machine's coordinates begin.
 Source: Childs et al., Proc. IMechE D 211(3), 1997 (the meshing of timing belt teeth).
 """
 
-from corexy_fmi.effects.api import EVERYWHERE, MOTORS, PHASES, TWO_PI, Effect, Law, Parameter
+from corexy_fmi.effects.api import (
+    EVERYWHERE,
+    MOTORS,
+    PHASES,
+    TWO_PI,
+    Effect,
+    Law,
+    Parameter,
+    overtones,
+)
 from corexy_fmi.kernel.xmath import cos, sin
 
 
@@ -25,20 +34,6 @@ def mesh(travel, gain, angle, amplitude, phase, teeth, overtone_sine, overtone_c
         "travel": travel + amplitude * (wave(turn) - wave(phase)),
         "gain": gain + amplitude * teeth * slope,
     }
-
-
-def overtone(name):
-    """A share of the overtone."""
-    return Parameter(
-        f"overtone_{name}",
-        "1",
-        f"{name} of twice the tooth's phase, over the amplitude",
-        0.0,
-        -1.0,
-        1.0,
-        (0.0,),
-        default=0.0,
-    )
 
 
 EFFECT = Effect(
@@ -69,8 +64,7 @@ EFFECT = Effect(
             (16.0, *map(float, range(10, 16)), *map(float, range(17, 41)), 48.0, 60.0),
             log=True,
         ),
-        overtone("sine"),
-        overtone("cosine"),
+        *overtones("twice the tooth's phase"),
     ),
     laws=(Law("transmission", mesh),),
     equation=r"u = r\,\varphi + a (w(z\,\varphi + \varphi_0) - w(\varphi_0)),\ "
