@@ -91,7 +91,7 @@ def test_the_retuned_machine_is_no_dearer_than_steps_across_bends_take_it(use) -
 
 def test_averaged_slopes_are_those_of_the_bowl() -> None:
     """Its ripples tell a single place what its surroundings do not know."""
-    fit = replace(ended(RIPPLE), near=None)
+    fit = replace(ended(RIPPLE), slopes=None)
     single, soft = fit.jacobian[:SAMPLES], softened(fit).jacobian[:SAMPLES]
     assert np.linalg.norm(single - SLOPES) > 3 * np.linalg.norm(SLOPES)
     assert np.linalg.norm(soft - SLOPES) < 0.3 * np.linalg.norm(SLOPES)

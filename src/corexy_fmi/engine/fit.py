@@ -24,21 +24,22 @@ HIDDEN = 0.5  # [nats] that another micro-step may change at the end
 class Fit:
     """A fitted hypothesis: u (size,), the cost [nats] with noise scale and priors.
 
-    ``near`` is the Jacobian one insignificant step before u, where it is known.
+    ``slopes`` stand for its Jacobian where given.  None is kept of a fit's way: of an hour it takes
+    100 MB and more.
     """
 
     problem: Problem
     u: Array
     cost: float
     residual: Array
-    near: Array | None = None
+    slopes: Array | None = None
 
     @cached_property
     def jacobian(self) -> Array:
         """Derivative (samples + size, size) of the residual at u."""
         if not np.isfinite(self.cost):
             return np.zeros((len(self.residual), self.problem.size))
-        return self.problem.linearised(self.u)[1] if self.near is None else self.near
+        return self.problem.linearised(self.u)[1] if self.slopes is None else self.slopes
 
     def value(self, key: str) -> float:
         """Physical value of an unknown by its key."""
@@ -84,13 +85,13 @@ def minimise(
     -0198670-6).  ``stretch`` lengthens the differences (`rough.py`).
     """
     low, high = problem.limits()
-    u, near = np.clip(start, low, high), None
+    u = np.clip(start, low, high)
     residual = problem.residual(u[None])[0] if iterations == 0 else np.empty(0)
     for n in range(iterations):
         residual, jacobian = problem.linearised(u, borrowed if n == 0 else None, stretch)
         if not np.isfinite(costs(residual[None])[0]):  # it broke down
             return Fit(problem, u, np.inf, residual)
-        before, exact = 0.5 * float(residual @ residual), jacobian
+        before = 0.5 * float(residual @ residual)
         for k in range(1 + secants):
             step, after, gain = stepped(problem, u, residual, jacobian, (low, high))
             more = gain > enough and k < secants and bool(step.any())
@@ -102,9 +103,8 @@ def minimise(
             if not more:
                 break
         if before - 0.5 * float(residual @ residual) < enough and (n > 0 or borrowed is None):
-            near = exact if stretch == 1 else None
             break
-    return Fit(problem, u, 0.5 * float(residual @ residual) + problem.log_scale(), residual, near)
+    return Fit(problem, u, 0.5 * float(residual @ residual) + problem.log_scale(), residual)
 
 
 def stepped(
@@ -119,7 +119,8 @@ def stepped(
     results = problem.residual(trials)
     tried = costs(results)
     best = int(np.argmin(tried))
-    return trials[best] - u, results[best], 0.5 * float(residual @ residual) - float(tried[best])
+    gain = 0.5 * float(residual @ residual) - float(tried[best])
+    return trials[best] - u, results[best].copy(), gain  # a view would keep all of the trials
 
 
 def own_noise(fit: Fit) -> Problem:

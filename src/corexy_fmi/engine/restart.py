@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import qmc
@@ -110,7 +110,7 @@ def _parts(problem: Problem, starts: Array, mapper: Mapper = map) -> Array:
 
 def _shorts(problem: Problem, starts: Iterable[Array], mapper: Mapper) -> list[Fit]:
     """Short fits without their Jacobians: many are kept at once."""
-    return list(mapper(lambda u: replace(minimise(problem, u, SHORT), near=None), starts))
+    return list(mapper(lambda u: minimise(problem, u, SHORT), starts))
 
 
 def begun(

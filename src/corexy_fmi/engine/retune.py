@@ -30,14 +30,9 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise)
     ahead = sorted(begun(problem, clock.start(problem), mapper=mapper), key=lambda fit: fit.cost)
-    ends = _distinct(list(mapper(lambda fit: _alone(minimise(problem, fit.u, 15)), ahead[:AHEAD])))
+    ends = _distinct(list(mapper(lambda fit: minimise(problem, fit.u, 15), ahead[:AHEAD])))
     cleaned = replace(problem, runs=without_spikes(ends[0]))
-    return best(list(mapper(lambda fit: _alone(_ended(cleaned, fit.u)), ends)))
-
-
-def _alone(fit: Fit) -> Fit:
-    """The fit without its Jacobian, for several are kept at once."""
-    return replace(fit, near=None)
+    return best(list(mapper(lambda fit: _ended(cleaned, fit.u), ends)))
 
 
 def _distinct(fits: list[Fit]) -> list[Fit]:
@@ -65,7 +60,7 @@ def quick(fit: Fit) -> Fit:
         return fit
     residual = problem.residual(fit.u[None])[0]
     cost = 0.5 * float(residual @ residual) + problem.log_scale()
-    return Fit(problem, fit.u, cost, residual, fit.near)
+    return Fit(problem, fit.u, cost, residual)
 
 
 def _quick(problem: Problem, u: np.ndarray) -> Problem:

@@ -146,7 +146,7 @@ def softened(fit: Fit) -> Fit:
             return fit
         moves = sets[whole] - fit.u
         jacobian = _regressed(moves, changes[whole], root, jacobian[-problem.size :])
-    return replace(fit, near=jacobian)
+    return replace(fit, slopes=jacobian)
 
 
 def _regressed(moves: Array, changes: Array, root: Array, priors: Array) -> Array:

@@ -6,6 +6,8 @@ nominal parameters so far that its own signature is lost.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit, costs, minimise, white_noise
@@ -21,13 +23,14 @@ LOST = 3.0  # prior standard deviations of a nominal parameter
 
 def starts(
     base: Fit, candidates: list[Hypothesis], first: bool
-) -> list[tuple[Fit, list[Hypothesis], int]]:
+) -> Iterator[tuple[Fit, list[Hypothesis], int]]:
     """Where a round searches from, for which candidates, with how many short fits."""
-    bleached = [(fit, candidates, AHEAD_BLEACHED) for fit in _bleached(base)]
-    lagging = [h for h in candidates if any(i.effect.state in LAGS for i in h.uses)]
-    held = [(fit, lagging, AHEAD_BLEACHED) for fit in stiffer(base)] if first else []
-    given = [(fit, candidates, AHEAD_BLEACHED) for fit in central(base)] if first else []
-    return [(base, candidates, AHEAD), *bleached, *given, *held]
+    yield base, candidates, AHEAD
+    yield from ((fit, candidates, AHEAD_BLEACHED) for fit in _bleached(base))
+    if first:
+        lagging = [h for h in candidates if any(i.effect.state in LAGS for i in h.uses)]
+        yield from ((fit, candidates, AHEAD_BLEACHED) for fit in central(base))
+        yield from ((fit, lagging, AHEAD_BLEACHED) for fit in stiffer(base))
 
 
 def _bleached(base: Fit) -> list[Fit]:
