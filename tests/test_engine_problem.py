@@ -246,3 +246,13 @@ def test_what_one_problem_found_is_carried_into_another_by_name():
         <= dict(zip(large.keys, u, strict=True)).items()
     )
     assert large.carried(small, carried)[-1] == 0.0
+
+
+def test_a_fit_keeps_its_residual_alone():
+    """Neither a Jacobian nor the trials beside the best: of an hour each fit would hold 100 MB."""
+    fit = fitted(problem(record(machine(), short_motion()), machine()), 4)
+    assert fit.slopes is None
+    kept = fit.residual if fit.residual.base is None else fit.residual.base
+    assert kept.size == fit.residual.size
+    exact = fit.problem.linearised(fit.u)[1]
+    assert (fit.jacobian == exact).all()

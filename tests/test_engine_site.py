@@ -281,9 +281,9 @@ def test_what_is_taken_pays_its_price():
     assert choose(changes, residual, np.array([60.0, 2.0, 2.0]))[0] == [1]
 
 
-@pytest.mark.parametrize(("share", "both"), [(0.12, False), (0.4, True)])
+@pytest.mark.parametrize(("share", "both"), [(0.12, False), (0.4, False), (0.5, True)])
 def test_both_motors_are_told_where_the_second_has_its_share(share, both):
-    """What bends leave of a strong one at the other motor is no cause there."""
+    """What bends and drawn parameters leave of one at the other motor is no cause there."""
     found = {name: Choice((), 5000.0) for name in ("motor1", "x")}
     found |= {"motor2": Choice(), "motors": Choice((), 5000 * (1 + share**2)), "y": Choice()}
     assert ("motors" in shared(found)) == both

@@ -26,10 +26,11 @@ from corexy_fmi.engine.retune import quick
 from corexy_fmi.engine.view import View, plain
 from corexy_fmi.topologies import COREXY
 
-MOST = 150_000  # samples from which on the responses take too much memory
+MOST = 180_000  # samples from which on the responses take too much memory (3 GiB and more)
 PAIRS = {"motors": ("motor1", "motor2"), "belts": ("belt1", "belt2"), "xy": ("x", "y")}
 PARTS = {"motors": PAIRS["motors"], "xy": PAIRS["xy"]}  # places of their own
 AMISS, PART = 20.0, 0.02  # [nats] beside what is not the whole; share of what that gains
+BOTH = 0.2  # share of what one of two parts gains that the other one adds at least
 HALF = 0.5  # share of the best cause's gain from which on a place is as good as the whole of it
 AGAIN = 6  # iterations of the retuned machine under another noise
 
@@ -136,7 +137,7 @@ def shared(found: dict[str, Choice]) -> dict[str, Choice]:
         for both, (one, other) in PARTS.items()
         if both in found
     }
-    lost = {n for n, gain in alone.items() if found[n].gain <= (1 + PART) * gain + THRESHOLD}
+    lost = {n for n, gain in alone.items() if found[n].gain <= (1 + BOTH) * gain + THRESHOLD}
     return {n: choice for n, choice in found.items() if n not in lost}
 
 
