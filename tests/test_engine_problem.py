@@ -249,7 +249,7 @@ def test_what_one_problem_found_is_carried_into_another_by_name():
 
 
 def test_a_fit_keeps_its_residual_alone():
-    """Neither a Jacobian nor the trials beside the best: of an hour each fit would hold 100 MB."""
+    """Neither a Jacobian nor the trials beside the best: of six minutes a fit would hold 100 MB."""
     fit = fitted(problem(record(machine(), short_motion()), machine()), 4)
     assert fit.slopes is None
     kept = fit.residual if fit.residual.base is None else fit.residual.base
