@@ -21,13 +21,14 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.choice import ROUNDS, Choice, Offer, choose, explain
+from corexy_fmi.engine.choice import ROUNDS, Choice, choose, explain
 from corexy_fmi.engine.document import whereabouts
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise, own_noise, white_noise
 from corexy_fmi.engine.imposed import courses
 from corexy_fmi.engine.noise import white
+from corexy_fmi.engine.offer import Offer
 from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
 from corexy_fmi.engine.probes import Probe
@@ -277,8 +278,12 @@ def test_waves_reach_full_steps():
 def test_what_is_taken_pays_its_price():
     changes = np.eye(3, 100, dtype=np.float32)
     residual = 10 * changes[0] + 3 * changes[1] + changes[2]
-    assert choose(changes, residual, np.full(3, 2.0)) == ([0, 1], pytest.approx(50 + 4.5 - 4))
-    assert choose(changes, residual, np.array([60.0, 2.0, 2.0]))[0] == [1]
+    some = tuple(Response("x", "time", str(n), change) for n, change in enumerate(changes))
+    offer = Offer((some,), (changes,), (np.zeros((3, 0)),))
+    taken, gain, alone = choose(offer, residual, np.full(3, 2.0))
+    assert (taken, gain) == ([0, 1], pytest.approx(50 + 4.5 - 4))
+    assert alone == pytest.approx([50, 4.5, 0.5])
+    assert choose(offer, residual, np.array([60.0, 2.0, 2.0]))[0] == [1]
 
 
 @pytest.mark.parametrize(("share", "both"), [(0.12, False), (0.4, False), (0.5, True)])
@@ -296,11 +301,19 @@ def test_a_law_at_both_places_is_the_sum_of_both():
     view = View(plain(fit), fit.problem.noise)
     one, two = (Offer.of([w], view) for w in (replace(wave, location="belt1"), other))
     tied = one.beside(two, "belts", (1.0, -1.0))
-    assert [r.location for r in tied.responses] == ["belt1", "belt2", "belts", "belts"]
-    whole = Offer.of(tied.responses, view)
-    for name, share in (("off", 1e-4), ("along", 1e-5)):
-        got, wanted = getattr(tied, name), getattr(whole, name)
+    formed = [tied.response(k) for k in range(len(tied))]
+    assert [r.location for r in formed] == ["belt1", "belt2", "belts", "belts"]
+    assert formed[3].change == pytest.approx(wave.change - wave.change[::-1])
+    whole = Offer.of(formed, view)
+    for told, share in ((Offer.row, 1e-4), (Offer.reach, 1e-5)):
+        got, wanted = (np.array([told(o, k) for k in range(4)]) for o in (tied, whole))
         assert float(np.abs(got - wanted).max()) < share * float(np.abs(wanted).max())
+    column = np.random.default_rng(0).standard_normal(len(whole.row(0)))
+    for k, row in enumerate(map(whole.row, range(4))):
+        assert tied.powers()[k] == pytest.approx(row @ row, rel=1e-4)
+        assert tied.times(column)[k] == pytest.approx(
+            row @ column, abs=1e-3 * float(np.sqrt(row @ row))
+        )
 
 
 def shaken(size):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from corexy_fmi.engine.offer import Offer
 from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.responses import Response
 from corexy_fmi.engine.view import View
@@ -26,40 +26,13 @@ class Choice:
     gain: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Offer:
-    """Responses of a place, and what they are through a view: `View.off`."""
-
-    responses: tuple[Response, ...]
-    off: Array
-    along: Array
-
-    @staticmethod
-    def of(responses: Sequence[Response], view: View) -> Offer:
-        """The responses through a view."""
-        return Offer(tuple(responses), *view.off(np.array([r.change for r in responses])))
-
-    def beside(self, other: Offer, place: str, signs: Sequence[float]) -> Offer:
-        """Those of two places, and each law at both of them at once, alike or with other signs."""
-        pairs = list(zip(self.responses, other.responses, strict=True))
-        tied = [
-            replace(a, location=place, change=a.change + np.float32(sign) * b.change)
-            for sign in signs
-            for a, b in pairs
-        ]
-        both = (
-            np.concatenate([one, two, *(one + one.dtype.type(sign) * two for sign in signs)])
-            for one, two in ((self.off, other.off), (self.along, other.along))
-        )
-        return Offer((*self.responses, *other.responses, *tied), *both)
-
-
-def choose(changes: Array, residual: Array, prices: Array) -> tuple[list[int], float]:
-    """Which changes (k, n) explain a residual (n,), greedily, and what they gain [nats]; each costs
-    its price (k,) [nats].
+def choose(offer: Offer, residual: Array, prices: Array) -> tuple[list[int], float, Array]:
+    """Which of the responses explain a residual (n,), greedily, and what they gain [nats]; each
+    costs its price (len,) [nats].  Also what each by itself explains (len,) [nats].
     """
-    size = np.sqrt(np.maximum(np.einsum("ij,ij->i", changes, changes), 1e-30)).astype(float)
-    pull = (changes @ residual.astype(np.float32)) / size
+    size = np.sqrt(np.maximum(offer.powers(), 1e-30))
+    pull = offer.times(residual) / size
+    alone = 0.5 * pull**2
     left, taken, steps, gain = np.where(size > 1e-12, 1.0, 0.0), [], np.zeros((0, len(size))), 0.0
     for _ in range(TERMS):
         score = np.where(left > NEW, 0.5 * pull**2 / np.maximum(left, NEW), 0.0)
@@ -68,12 +41,12 @@ def choose(changes: Array, residual: Array, prices: Array) -> tuple[list[int], f
             break
         taken.append(best)
         gain += float(score[best] - prices[best])
-        alike = (changes @ changes[best]) / (size * size[best]) - steps[:, best] @ steps
+        alike = offer.times(offer.row(best)) / (size * size[best]) - steps[:, best] @ steps
         along = alike / np.sqrt(left[best])
         steps = np.vstack([steps, along])
         pull = pull - along * (pull[best] / np.sqrt(left[best]))
         left = left - along**2
-    return taken, gain
+    return taken, gain, alone
 
 
 def explain(offer: Offer, view: View, price: float, nothing: float, rounds: int) -> Choice:
@@ -83,24 +56,18 @@ def explain(offer: Offer, view: View, price: float, nothing: float, rounds: int)
     Each response costs ``price`` [nats] and the logarithm of how many are offered, and what its own
     choice by the data does.
     """
-    own = np.array([r.chosen for r in offer.responses])
-    prices, best = price + np.log(len(offer.responses)) + own, Choice()
+    prices, best = price + np.log(len(offer)) + offer.chosen(), Choice()
     for more in reversed(range(1 + rounds)):
-        taken, gain = choose(offer.off, view.residual, prices)
+        taken, gain, alone = choose(offer, view.residual, prices)
         gain += nothing - view.cost
+        some = tuple(offer.response(k) for k in taken)
         if taken and (gain > best.gain or not best.taken):
-            best = Choice(tuple(offer.responses[k] for k in taken), gain)
+            best = Choice(some, gain)
         if not taken or not more:
             break
-        changes = np.array([offer.responses[k].change for k in taken])
-        left = view.left((changes, offer.off[taken], offer.along[taken]))
-        kept = np.union1d(_strongest(offer.off, view.residual), taken)
+        off, along = ([told(k) for k in taken] for told in (offer.row, offer.reach))
+        left = view.left((np.array([r.change for r in some]), np.array(off), np.array(along)))
+        kept = np.union1d(np.argsort(-alone)[:NEAR], taken)
         prices, view = prices[kept], View(view.fit, own_models(view.problem.runs, left))
-        offer = Offer.of([offer.responses[k] for k in kept], view)
+        offer = Offer.of([offer.response(k) for k in kept], view)
     return best
-
-
-def _strongest(changes: Array, residual: Array) -> np.ndarray:
-    """Indices of the changes (k, n) that by themselves explain most of a residual (n,)."""
-    size = np.maximum(np.einsum("ij,ij->i", changes, changes), 1e-30)
-    return np.argsort(-((changes @ residual.astype(np.float32)) ** 2) / size)[:NEAR]

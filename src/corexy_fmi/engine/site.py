@@ -16,9 +16,10 @@ from itertools import product
 
 import numpy as np
 
-from corexy_fmi.engine.choice import ROUNDS, Choice, Offer, explain
+from corexy_fmi.engine.choice import ROUNDS, Choice, explain
 from corexy_fmi.engine.entries import TEMPERATURE, THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit, Mapper, minimise, white_noise
+from corexy_fmi.engine.offer import Offer
 from corexy_fmi.engine.probes import motions
 from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.responses import Response, responses

@@ -6,6 +6,7 @@ changes once some of these are fitted is known without another simulation.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -59,18 +60,22 @@ class View:
         """Of that residual [nats], the scale of the noise included."""
         return 0.5 * float(self.residual @ self.residual) + self.problem.log_scale()
 
-    def off(self, changes: Array) -> tuple[Array, Array]:
-        """Changes (k, samples) whitened and off what retuning can do, (k, samples + size) in single
-        precision, and along that (k, size).
+    def off(self, changes: Sequence[Array]) -> tuple[Array, Array]:
+        """Changes (k of samples,) whitened and off what retuning can do, (k, samples + size) in
+        single precision, and along that (k, size).
         """
         q, size = self.slopes[0].astype(np.float32), self.problem.size
         left: Array = np.empty((len(changes), len(q)), dtype=np.float32)  # type: ignore[assignment]
+        along = np.empty((len(changes), size))
         for n in range(0, len(changes), TOGETHER):
-            some = np.pad(changes[n : n + TOGETHER].astype(float), ((0, 0), (0, size)))
-            left[n : n + TOGETHER] = self._whitened(some)
-        along = left @ q
-        left -= along @ q.T
-        return left, along.astype(float)
+            part = slice(n, n + TOGETHER)
+            rows = np.zeros((len(changes[part]), len(q)))
+            rows[:, : len(q) - size] = changes[part]
+            left[part] = self._whitened(rows)
+            reach = left[part] @ q
+            left[part] -= reach @ q.T
+            along[part] = reach
+        return left, along
 
     def left(self, taken: tuple[Array, Array, Array] | None = None) -> list[list[Array]]:
         """Errors of each channel of each run once retuning is fitted, and changes (k, samples) that
@@ -89,10 +94,11 @@ class View:
 
     def _whitened(self, rows: Array) -> Array:
         """Rows (k, samples + size) through the noise; priors stay as they are."""
-        found, at = np.array(rows, dtype=float), 0
+        found, at = np.empty(np.shape(rows)), 0
         for r, run in enumerate(self._channels(rows)):
             white = self.problem.whiten([np.ascontiguousarray(c) for c in run], r)
             found[:, at : (at := at + white.shape[1])] = white
+        found[:, at:] = rows[:, at:]
         return found
 
     def _channels(self, rows: Array) -> list[list[Array]]:
