@@ -26,6 +26,7 @@ from corexy_fmi.engine.document import whereabouts
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.fit import minimise, own_noise, white_noise
+from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.imposed import courses
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.offer import Offer
@@ -357,6 +358,17 @@ def test_what_is_left_is_told_as_the_place_where_it_is_most_of_it(gain, place):
     refuted = said("explained", "x", gain=360.0).entry
     left = Leftover(gain, 8.0, "speed of motor 2", "x")
     assert whereabouts(Verdict("unexplained", None, refuted=refuted, left=left), None)[0] == place
+
+
+def test_a_place_is_told_by_what_explains_more_a_law_or_simple_ones():
+    """The rest, once it is more, and a free-form law that is fitted whole, go before places."""
+    law = said("unexplained", "y", gain=220.0)
+    law.entry.hypothesis.law = LawShape("y", "y", (0.0,), 1.0)
+    left = Leftover(90.0, 8.0, "direction of y", "y")
+    for verdict, gain in ((law, 220.0), (Verdict("unexplained", None, left=left), 45.0)):
+        for times, place in ((0.99, "y"), (1.01, "belts")):
+            shown = replace(verdict, sites=(Site("belts", times * gain, "load"),))
+            assert whereabouts(shown, None)[0] == place
 
 
 def test_through_a_view_nothing_is_gained_by_what_is_not_there():

@@ -126,12 +126,9 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
         yield "position", f"{axis} near {1e3 * spot:.0f} mm", hat
     for width in PLAYS:
         yield "velocity_reversal", "way since the last turn", [play(p, width) for p in places]
-    for n in (0, 1):
-        yield (
-            "load",
-            f"friction by the pull of belt {n + 1}",
-            [np.abs(m.stretch[n]) * d for m, d in zip(runs, turns, strict=True)],
-        )
+    for word, pulls in _pulls(runs, axis):
+        loaded = [np.abs(pull) * d for pull, d in zip(pulls, turns, strict=True)]
+        yield "load", f"friction by the pull {word}", loaded
     for fade in FADES:
         yield (
             "time",
@@ -144,6 +141,15 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
         tone = [wave(2 * np.pi * f * m.time) * float(r == own) for r, m in enumerate(runs)]
         yield "time", f"{TONE} {f:.3g} Hz", tone
     yield "speed", f"speed of {other}", [m.speed[other] for m in runs]
+
+
+def _pulls(runs: list[Motion], axis: str) -> Iterator[tuple[str, list[Array]]]:
+    """Stretches [m] by which the belts load an axis' guide: of each, and along it and across."""
+    for n in (0, 1):
+        yield f"of belt {n + 1}", [m.stretch[n] for m in runs]
+    alike, apart = ("along", "across") if axis == "x" else ("across", "along")
+    yield alike, [m.stretch[0] + m.stretch[1] for m in runs]
+    yield apart, [m.stretch[0] - m.stretch[1] for m in runs]
 
 
 def of_belt(runs: list[Motion], belt: int) -> Iterator[Function]:

@@ -43,12 +43,16 @@ class Verdict:
         return [*own, *(location for key in keys for _, location in key)]
 
     @property
+    def _causes(self) -> list[Entry]:
+        return [e for e in (self.refuted, self.entry) if e is not None]
+
+    @property
     def site(self) -> Site | None:
-        """Where an unexplained mismatch lies, if simple laws there explain as much as half of what
-        the best cause does.
+        """Where an unexplained mismatch lies, if simple laws there explain as much as a free-form
+        law that stands does, or as half of what a cause does, or left over.
         """
-        known = self.refuted or self.entry
-        least = max(THRESHOLD, HALF * known.gain if known else 0.0)
+        known = [e.gain * (1.0 if e.hypothesis.law else HALF) for e in self._causes]
+        least = max(THRESHOLD, HALF * self.left.gain if self.left else 0.0, *known)
         found = self.sites if self.word == "unexplained" else ()
         return next((s for s in found[:1] if s.gain > least), None)
 
