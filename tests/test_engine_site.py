@@ -30,7 +30,6 @@ from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.imposed import courses
 from corexy_fmi.engine.noise import white
 from corexy_fmi.engine.offer import Offer
-from corexy_fmi.engine.outputs import swing
 from corexy_fmi.engine.probe_laws import WAVES, play
 from corexy_fmi.engine.probes import Probe
 from corexy_fmi.engine.responses import Response, moved
@@ -38,16 +37,19 @@ from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, shared, sites
 from corexy_fmi.engine.specification import LEAST, Leftover
 from corexy_fmi.engine.spots import best_law
+from corexy_fmi.engine.swings import swing
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.engine.view import View, plain
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
+FRAME = EffectUse("frame_mode", "frame", {"mass": 0.2, "frequency": 30.0, "damping_ratio": 0.03})
 PLANTED = [
     (STRIBECK, "x", "speed"),
     (EffectUse("friction_vs_position", "y", {"extra": 0.8, "center": 0.0, "width": 0.005}), "y",
      "position"),
+    (EffectUse("load_friction", "y", {"coefficient": 0.15}), "y", "load"),
     (BACKLASH, "motor1", None),
     (EffectUse("microstep_error", "motors", {"amplitude": 4e-3, "phase": 0.4}), "motors",
      "motor_angle"),
@@ -57,6 +59,7 @@ PLANTED = [
     (EffectUse("axis_skew", "sensor", {"angle": 4e-3}), "sensor", "position"),
     (EffectUse("tool_mode", "tool", {"mass": 0.02, "frequency": 25.0, "damping_ratio": 0.05}),
      "tool", "acceleration"),
+    (FRAME, "frame", "acceleration"),
     (EffectUse("racking", "bridge", {"stiffness": 60.0, "inertia": 1e-3}), "bridge", "position"),
 ]  # fmt: skip
 DC = [
@@ -65,6 +68,7 @@ DC = [
      "motor_angle"),
     (EffectUse("driver_deadband", "motors", {"voltage": 0.02}), "motors", "voltage"),
     (EffectUse("backlash", "motor1", {"gap": 5e-4, "grip": 1.0}), "motor1", "velocity_reversal"),
+    (FRAME, "frame", "acceleration"),
     (EffectUse("belt_mismatch", "belts", {"ratio": 0.02}), "belts", "load"),
     (EffectUse("belt_relaxation", "belts", {"ratio": 0.2, "time_constant": 0.3}), "belts", "load"),
 ]  # fmt: skip

@@ -74,6 +74,8 @@ def of_motor(runs: list[Motion], motor: str) -> Iterator[Function]:
         yield "motor_angle", f"{k} waves a turn", [np.sin(k * a) for a in angles]
         yield "motor_angle", f"{k} waves a turn", [np.cos(k * a) for a in angles]
     yield "velocity_reversal", "direction", [direction(v) for v in speeds]
+    drawn = [m.stretch[int(motor[-1]) - 1] for m in runs]
+    yield "velocity_reversal", "which way its belt pulls", [direction(d) for d in drawn]
     yield "speed", "speed", speeds
     yield "speed", "squared speed", [v * np.abs(v) for v in speeds]
     for r, run in enumerate(runs):

@@ -1,7 +1,8 @@
 """Probes: what a small unknown law at some place would do, one simple function of the motion each.
 
 A motor's angle may be off by a function of that angle, its direction, its speed or of time; an
-axis may feel a force, a belt may stretch by more than its load says.  Forces and stretches act here
+axis may feel a force, or both that of a frame that swings; a belt may stretch by more than its load
+says.  Forces and stretches act here
 as the motor angles that would move the end-effector as far at rest: belts pull on nothing else
 (eqs (6), (15) of Yin et al. 2018).
 """
@@ -24,6 +25,7 @@ from corexy_fmi.engine.probe_laws import (
     of_voltage,
 )
 from corexy_fmi.engine.spread import tones
+from corexy_fmi.engine.swings import swung
 from corexy_fmi.kernel.call import Array
 
 NAMES = ("x_true", "y_true", "vx", "vy", "phi1", "phi2", "V1", "V2")
@@ -63,7 +65,7 @@ def motions(fit: Fit) -> list[Motion]:
 
 
 def probes(fit: Fit, runs: list[Motion]) -> Iterator[list[Probe]]:
-    """Probes of motors, of belts and idlers, of axes, a kind at a time."""
+    """Probes of motors, of belts and idlers, of axes and the frame, a kind at a time."""
     radius, dc = fit.problem.machine.parameters["pulley_radius"], fit.problem.machine.drive == "dc"
     yield [
         probe
@@ -87,6 +89,18 @@ def probes(fit: Fit, runs: list[Motion]) -> Iterator[list[Probe]]:
         for name, ways in (("x", ALIKE), ("y", APART))
         for probe in _moving(name, of_axis(runs, name, heard), ways)
     ]
+    yield [*_on_both_axes(fit, runs)]
+
+
+def _on_both_axes(fit: Fit, runs: list[Motion]) -> Iterator[Probe]:
+    """The forces on both axes of a frame that swings under those that accelerate them."""
+    values = fit.problem.machine.parameters
+    carriage = values["carriage_mass"]
+    bridge = carriage + values["bridge_mass"] + 4 * values["pulley_mass"]
+    for word, swings in swung(runs):
+        pulls = [(carriage * swing["x"], bridge * swing["y"]) for swing in swings]
+        turns = tuple((x + y, x - y) for x, y in pulls)
+        yield Probe("frame", "acceleration", word, turns)
 
 
 def _moving(

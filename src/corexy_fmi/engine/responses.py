@@ -1,7 +1,7 @@
 """Responses: how the residuals of a fit that is not whitened change by each probe.
 
-Probes of motors, axes and belts are replayed with those commands, or with dc on the course that
-the motors took; what a sensor, a tool, a frame or a bridge that turns would show is added to the
+Probes of motors, axes, belts and the frame are replayed with those commands, or with dc on the
+course that the motors took; what a sensor, a tool or a bridge that turns would show is added to the
 outputs.
 """
 
@@ -50,7 +50,7 @@ def moved(
     scale = (VOLTS if some[0].volts else size / radius) / _most(pairs, 1.0)
     small = [scale[:, None] * pair for pair in pairs]
     if held and not some[0].volts:
-        forced = some[0].location in ("x", "y")
+        forced = some[0].location in ("x", "y", "frame")
         found = [course.off(pair, forced) for course, pair in zip(held, small, strict=True)]
         change = added(fit, [off for off, _ in found]) + _pulled(fit, [v for _, v in found])
     else:
