@@ -321,6 +321,20 @@ def test_a_law_at_both_places_is_the_sum_of_both():
         )
 
 
+def test_what_cancels_at_both_places_explains_nothing():
+    """Products of a sum are told from those of its parts: of what is left there, rounding."""
+    draw = np.random.default_rng(1)
+    wave, residual = (1e3 * draw.standard_normal(20_000).astype(np.float32) for _ in range(2))
+    alike = wave + np.float32(1e-6) * wave[::-1]
+    offers = [
+        Offer(((Response(place, "load", "pull", off),),), (off[None],), (np.zeros((1, 0)),))
+        for place, off in (("belt1", wave), ("belt2", alike))
+    ]
+    both = offers[0].beside(offers[1], "belts", (1.0, -1.0))
+    assert list(both.powers() > 0) == [True, True, True, False]
+    assert choose(both, residual.astype(float), np.ones(4))[2][3] < 1e-3
+
+
 def shaken(size):
     """A retuned machine whose x is off by a wave, and that wave as a response."""
     shown = record(machine(), rich_motion())

@@ -30,10 +30,11 @@ def choose(offer: Offer, residual: Array, prices: Array) -> tuple[list[int], flo
     """Which of the responses explain a residual (n,), greedily, and what they gain [nats]; each
     costs its price (len,) [nats].  Also what each by itself explains (len,) [nats].
     """
-    size = np.sqrt(np.maximum(offer.powers(), 1e-30))
-    pull = offer.times(residual) / size
+    powers = offer.powers()
+    left, size = np.where(powers > 1e-24, 1.0, 0.0), np.sqrt(np.maximum(powers, 1e-24))
+    pull = left * offer.times(residual) / size
     alone = 0.5 * pull**2
-    left, taken, steps, gain = np.where(size > 1e-12, 1.0, 0.0), [], np.zeros((0, len(size))), 0.0
+    taken, steps, gain = [], np.zeros((0, len(size))), 0.0
     for _ in range(TERMS):
         score = np.where(left > NEW, 0.5 * pull**2 / np.maximum(left, NEW), 0.0)
         best = int(np.argmax(score - prices))

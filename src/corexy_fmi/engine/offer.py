@@ -11,6 +11,8 @@ from corexy_fmi.engine.responses import Response
 from corexy_fmi.engine.view import View
 from corexy_fmi.kernel.call import Array
 
+CANCELS = 1e-3  # share of the parts' size below which their sum is rounding in single precision
+
 
 @dataclass(frozen=True, eq=False)
 class Offer:
@@ -53,8 +55,14 @@ class Offer:
         return np.concatenate([*own, *(own[0] + np.float32(s) * own[1] for s in self.signs)])
 
     def powers(self) -> Array:
-        """Squares (len,) of the responses."""
-        return np.array([row @ row for row in map(self.row, range(len(self)))], dtype=float)
+        """Squares (len,) of the responses; 0 where two all but cancel, for `times` tells no more of
+        them than rounding.
+        """
+        found = np.array([row @ row for row in map(self.row, range(len(self)))], dtype=float)
+        own = found[: len(self.parts[0]) * len(self.parts)].reshape(len(self.parts), -1).sum(axis=0)
+        tied = found.reshape(-1, len(own))[len(self.parts) :]
+        tied[tied < CANCELS**2 * own] = 0.0
+        return found
 
     def row(self, k: int) -> Array:
         """The k-th response through the view, off what retuning can do (samples + size,)."""
