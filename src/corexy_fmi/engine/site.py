@@ -27,7 +27,7 @@ from corexy_fmi.engine.retune import quick
 from corexy_fmi.engine.view import View, plain
 from corexy_fmi.topologies import COREXY
 
-MOST = 180_000  # samples from which on the responses take too much memory (1.9 GiB of 171 000)
+MOST = 180_000  # samples from which on no place is asked, for room: 171 000 take 1.9 GiB
 PAIRS = {"motors": ("motor1", "motor2"), "belts": ("belt1", "belt2"), "xy": ("x", "y")}
 PARTS = {"motors": PAIRS["motors"], "xy": PAIRS["xy"]}  # places of their own
 AMISS, PART = 20.0, 0.02  # [nats] beside what is not the whole; share of what that gains
