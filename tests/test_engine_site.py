@@ -21,18 +21,17 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.choice import ROUNDS, Choice, choose, explain
+from corexy_fmi.engine.choice import Choice
 from corexy_fmi.engine.document import whereabouts
 from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
 from corexy_fmi.engine.entries import Competition
-from corexy_fmi.engine.fit import minimise, own_noise, white_noise
+from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.imposed import courses
 from corexy_fmi.engine.noise import white
-from corexy_fmi.engine.offer import Offer
 from corexy_fmi.engine.probe_laws import WAVES, play
 from corexy_fmi.engine.probes import Probe
-from corexy_fmi.engine.responses import Response, moved
+from corexy_fmi.engine.responses import moved
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, shared, sites
 from corexy_fmi.engine.specification import LEAST, Leftover
@@ -40,7 +39,7 @@ from corexy_fmi.engine.spots import best_law
 from corexy_fmi.engine.swings import swing
 from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
-from corexy_fmi.engine.view import View, plain
+from corexy_fmi.engine.view import plain
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -280,17 +279,6 @@ def test_waves_reach_full_steps():
     assert {1, 2, 50, 200} <= set(WAVES)
 
 
-def test_what_is_taken_pays_its_price():
-    changes = np.eye(3, 100, dtype=np.float32)
-    residual = 10 * changes[0] + 3 * changes[1] + changes[2]
-    some = tuple(Response("x", "time", str(n), change) for n, change in enumerate(changes))
-    offer = Offer((some,), (changes,), (np.zeros((3, 0)),))
-    taken, gain, alone = choose(offer, residual, np.full(3, 2.0))
-    assert (taken, gain) == ([0, 1], pytest.approx(50 + 4.5 - 4))
-    assert alone == pytest.approx([50, 4.5, 0.5])
-    assert choose(offer, residual, np.array([60.0, 2.0, 2.0]))[0] == [1]
-
-
 @pytest.mark.parametrize(("share", "both"), [(0.12, False), (0.4, False), (0.5, True)])
 def test_both_motors_are_told_where_the_second_has_its_share(share, both):
     """What bends and drawn parameters leave of one at the other motor is no cause there."""
@@ -298,77 +286,6 @@ def test_both_motors_are_told_where_the_second_has_its_share(share, both):
     found |= {"motor2": Choice(), "motors": Choice((), 5000 * (1 + share**2)), "y": Choice()}
     assert ("motors" in shared(found)) == both
     assert {"motor1", "x"} < set(shared(found))
-
-
-def test_a_law_at_both_places_is_the_sum_of_both():
-    fit, wave = shaken(NOISE)
-    other = replace(wave, location="belt2", change=wave.change[::-1].copy())
-    view = View(plain(fit), fit.problem.noise)
-    one, two = (Offer.of([w], view) for w in (replace(wave, location="belt1"), other))
-    tied = one.beside(two, "belts", (1.0, -1.0))
-    formed = [tied.response(k) for k in range(len(tied))]
-    assert [r.location for r in formed] == ["belt1", "belt2", "belts", "belts"]
-    assert formed[3].change == pytest.approx(wave.change - wave.change[::-1])
-    whole = Offer.of(formed, view)
-    for told, share in ((Offer.row, 1e-4), (Offer.reach, 1e-5)):
-        got, wanted = (np.array([told(o, k) for k in range(4)]) for o in (tied, whole))
-        assert float(np.abs(got - wanted).max()) < share * float(np.abs(wanted).max())
-    column = np.random.default_rng(0).standard_normal(len(whole.row(0)))
-    for k, row in enumerate(map(whole.row, range(4))):
-        assert tied.powers()[k] == pytest.approx(row @ row, rel=1e-4)
-        assert tied.times(column)[k] == pytest.approx(
-            row @ column, abs=1e-3 * float(np.sqrt(row @ row))
-        )
-
-
-def test_what_cancels_at_both_places_explains_nothing():
-    """Products of a sum are told from those of its parts: of what is left there, rounding."""
-    draw = np.random.default_rng(1)
-    wave, residual = (1e3 * draw.standard_normal(20_000).astype(np.float32) for _ in range(2))
-    alike = wave + np.float32(1e-6) * wave[::-1]
-    offers = [
-        Offer(((Response(place, "load", "pull", off),),), (off[None],), (np.zeros((1, 0)),))
-        for place, off in (("belt1", wave), ("belt2", alike))
-    ]
-    both = offers[0].beside(offers[1], "belts", (1.0, -1.0))
-    assert list(both.powers() > 0) == [True, True, True, False]
-    assert choose(both, residual.astype(float), np.ones(4))[2][3] < 1e-3
-
-
-def shaken(size):
-    """A retuned machine whose x is off by a wave, and that wave as a response."""
-    shown = record(machine(), rich_motion())
-    time = shown.time
-    wave = np.sin(2 * np.pi * 0.7 * time) * np.exp(-time / 2)
-    x = shown.channels["x"] + size * wave
-    fit = fitted(problem(replace(shown, channels=shown.channels | {"x": x}), machine()), 10)
-    change = np.zeros(sum(run.count for run in fit.problem.runs))
-    change[: len(wave)] = wave - wave.mean()
-    return fit, Response("x", "time", "a wave", change.astype(np.float32))
-
-
-def test_a_choice_is_judged_through_the_noise_that_it_leaves():
-    """Retuned under its own noise, a slow wave is colour; by what it leaves it is found."""
-    fit, wave = shaken(3 * NOISE)
-    own = replace(fit, problem=own_noise(fit))
-    bare = plain(own)
-    coloured, least = (View(bare, n) for n in (own.problem.noise, white_noise(own).noise))
-    alone = explain(Offer.of([wave], coloured), coloured, 5.0, coloured.cost, 0)
-    told = explain(Offer.of([wave], least), least, 5.0, coloured.cost, ROUNDS)
-    assert told.gain > alone.gain + 50
-    assert told.taken == (wave,)
-
-
-def test_what_the_data_chose_costs_its_choice():
-    """A tone that was read off the mismatch is one of as many as there are samples."""
-    fit, wave = shaken(3 * NOISE)
-    view = View(plain(fit), white_noise(fit).noise)
-    law, tone, one_of_all = (
-        explain(Offer.of([replace(wave, chosen=chosen)], view), view, 5.0, view.cost, 0)
-        for chosen in (0.0, 7.0, 1e6)
-    )
-    assert tone.gain == pytest.approx(law.gain - 7)
-    assert one_of_all.taken == ()
 
 
 @pytest.mark.parametrize(("gain", "place"), [(62.0, "x"), (479.0, "motor2")])
@@ -387,22 +304,3 @@ def test_a_place_is_told_by_what_explains_more_a_law_or_simple_ones():
         for times, place in ((0.99, "y"), (1.01, "belts")):
             shown = replace(verdict, sites=(Site("belts", times * gain, "load"),))
             assert whereabouts(shown, None)[0] == place
-
-
-def test_through_a_view_nothing_is_gained_by_what_is_not_there():
-    fit, wave = shaken(0.0)
-    for models in (fit.problem.noise, white_noise(fit).noise):
-        view = View(plain(fit), models)
-        assert explain(Offer.of([wave], view), view, 5.0, view.cost, ROUNDS).taken == ()
-
-
-def test_a_view_leaves_what_another_fit_would():
-    """Linear algebra against the fit itself: errors left by retuning and a change."""
-    fit, wave = shaken(2 * NOISE)
-    view = View(plain(fit), fit.problem.noise)
-    off, along = view.off(wave.change[None])
-    left = np.concatenate(view.left((wave.change[None], off, along))[0])
-    columns = np.vstack([fit.jacobian.T, np.pad(wave.change, (0, fit.problem.size)) / NOISE]).T
-    steps = np.linalg.lstsq(columns, fit.residual, rcond=None)[0]
-    count = len(wave.change)
-    assert left == pytest.approx((fit.residual - columns @ steps)[:count] * NOISE, abs=1e-8)

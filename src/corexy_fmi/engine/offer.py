@@ -51,7 +51,8 @@ class Offer:
 
     def times(self, column: Array) -> Array:
         """Products (len,) of the responses with a column (samples + size,)."""
-        own = [part @ column.astype(np.float32) for part in self.off]
+        single = column.astype(np.float32)
+        own = [part @ single for part in self.off]
         return np.concatenate([*own, *(own[0] + np.float32(s) * own[1] for s in self.signs)])
 
     def powers(self) -> Array:
