@@ -74,11 +74,20 @@ def test_ripples_turn_the_belts_with_their_slope():
 def test_missed_steps_jump_by_exactly_so_many(steps, fidelity):
     """r n 2 pi / 200 of belt travel from that time on, half of it in x and half in y."""
     time, path = polyline([(0, 0), (0.01, 0)], 0.02, rest=1.0)
-    values = vector(effects=[("missed_steps", "motor1", (steps, 0.25))], **DAMPED)
+    values = vector(effects=[("missed_steps", "motor1", (steps, 0.25, 2e-3))], **DAMPED)
     jump = run(drive(time, path), values, fidelity=fidelity)
     jump -= run(drive(time, path), vector(**DAMPED), fidelity=fidelity)
     assert np.abs(jump[:, time < 0.25]).max() == 0.0
     assert jump[:, -1] == pytest.approx(R * steps * STEP_ANGLE / 2, rel=1e-4)
+
+
+def test_missed_steps_are_lost_over_their_duration():
+    """x = r n (2 pi / 200) (3 p^2 - 2 p^3) / 2, p = (t - t_0) / T while the rotor slips."""
+    time, path = polyline([(0, 0), (0, 0)], 0.02, rest=0.5)
+    effects = [("missed_steps", "motor1", (3.0, 0.1, 0.05))]
+    jump = run(drive(time, path), vector(effects=effects), fidelity="kinematic")
+    share = np.clip((time - 0.1) / 0.05, 0.0, 1.0)
+    assert jump[0] == pytest.approx(R * 3 * STEP_ANGLE / 2 * share**2 * (3 - 2 * share), abs=1e-12)
 
 
 def test_detents_hold_a_stepper_off_its_command():

@@ -24,12 +24,24 @@ PHASES = RNG.uniform(0, 2 * np.pi, SAMPLES)
 AWAY = 20.0 * np.ones(SIZE) / np.sqrt(SIZE * SAMPLES)  # 20 standard deviations
 
 
+@dataclass(frozen=True)
+class Run:
+    """One recording."""
+
+    count: int = SAMPLES
+
+
 @dataclass
 class Bowl:
     """Residual ``slopes u`` and noise, with sines of ``ripple`` on top."""
 
     ripple: float = 0.0
     size: int = SIZE
+    runs: tuple[Run] = (Run(),)
+
+    def moving(self, run: int) -> np.ndarray:
+        """All unknowns move the only one."""
+        return np.arange(self.size)
 
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Far away."""

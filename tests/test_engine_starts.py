@@ -193,7 +193,8 @@ def test_parameters_of_one_recording_move_that_one_only():
 def test_they_are_found_and_reported_by_file():
     fit = found("jump")
     table = effect_table(fit, "missed_steps", "motor1", np.eye(fit.problem.size) * 1e-8)
-    assert set(table) == {f"{p}@{n}.csv" for p in ("steps", "time") for n in range(3)}
+    own = {f"{p}@{n}.csv" for p in ("steps", "time") for n in range(3)}
+    assert set(table) == own | {"duration"}
     assert table["steps@2.csv"]["value"] == pytest.approx(-3.0, abs=0.05)
     assert table["time@2.csv"]["value"] == pytest.approx(1.4, abs=5e-3)
     assert table["time@2.csv"]["unit"] == "s"

@@ -58,6 +58,21 @@ def test_struck_entries_count_apart_where_a_near_twin_is_left() -> None:
     assert rows[-1] == "1 of 2 within 0.2: 0.10, 0.30"
 
 
+def test_the_latest_cases_stand_beside_all() -> None:
+    first, _, row, *_ = tables.headline(ENTRIES, tables.FULL_AIMS, ENTRIES[-1:])
+    assert first.endswith(f"| all {len(ENTRIES)} [Wilson 95 %] | the latest 1 |")
+    everything, latest = row.split(" | ")[2:]
+    assert everything.startswith(tables.headline(ENTRIES)[2].split(" | ")[2].split(" =")[0])
+    assert latest.startswith("no case")
+
+
+def test_what_is_removed_where_little_was_left_counts_apart() -> None:
+    some = [{"retuned": 50.0, "explained": 40.0}, {"retuned": 200.0, "explained": 2.0}]
+    (line, _) = tables.removal([ENTRIES[0] | {"kept_back": told} for told in some])
+    assert "(n = 2, kept since): median 59.5 %" in line
+    assert "(n = 1): median 99.0 %, worst decile 99.0 %" in line
+
+
 def test_what_is_removed_is_told_with_its_worst_decile() -> None:
     (line, _) = tables.removal(ENTRIES)
     assert "n = 3): median 100.0 %" in line

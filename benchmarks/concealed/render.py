@@ -29,6 +29,7 @@ from benchmarks.concealed.wall import section as wall
 from benchmarks.mechanism.page import section as mechanisms
 
 MARKS = ("<!-- seeds -->", "<!-- /seeds -->")  # of README.md
+LATEST = 100  # cases of a shard that tell of the engines of late
 LARGE = 50  # cases of an earlier run that is shown in full
 HIDDEN = (
     ", the belts' stiffness without such limits (to a 27th in this run, a mistake of the plant's, "
@@ -66,10 +67,16 @@ def commits(entries: list[Entry], key: str = "commit") -> str:
     return ", ".join(sorted({e[key][:12] for e in entries}))
 
 
-def tables(entries: list[Entry], stem: str, aims: tuple[str, ...], hidden: str = "") -> list[str]:
+def tables(
+    entries: list[Entry],
+    stem: str,
+    aims: tuple[str, ...],
+    hidden: str = "",
+    latest: list[Entry] | None = None,
+) -> list[str]:
     """All that is counted of a run."""
     return [
-        *headline(entries, aims),
+        *headline(entries, aims, latest),
         "",
         *removal(entries),
         *overstated(entries),
@@ -89,14 +96,16 @@ def tables(entries: list[Entry], stem: str, aims: tuple[str, ...], hidden: str =
     ]
 
 
-def shards() -> list[str]:
-    """How many cases each shard of the run with all effects has."""
-    return [str(len(read(RESULTS / f"full.{k}.jsonl"))) for k in range(2)]
+def shards() -> list[list[Entry]]:
+    """The cases of each shard of the run with all effects, in their order."""
+    return [read(RESULTS / f"full.{k}.jsonl") for k in range(2)]
 
 
 def full(entries: list[Entry]) -> list[str]:
     """The proof over all 35 effects, as far as it was run."""
     once = ONCE if len({e["commit"] for e in entries}) > 1 else ""
+    lengths = [str(len(shard)) for shard in shards()]
+    latest = [e for shard in shards() for e in shard[-LATEST:]]
     return [
         "## All 35 effects",
         "",
@@ -107,8 +116,11 @@ def full(entries: list[Entry]) -> list[str]:
         "which no motion tells (before, up to 1.45), and the engine gives smooth friction a scale "
         "of its own at the pulleys, as the plant has it; both were made on seeds of `make blind`.",
         "",
-        *tables(entries, "full", FULL_AIMS),
-        f"The two shards did not go on alike ({' and '.join(shards())} cases): one stood at "
+        f"The last column is of the last {LATEST} cases of each shard, engine at commit "
+        f"{commits(latest)}.",
+        "",
+        *tables(entries, "full", FULL_AIMS, latest=latest),
+        f"The two shards did not go on alike ({' and '.join(lengths)} cases): one stood at "
         "belt_relaxation-1 for a while, which the plant could not draw (a fit of its own began at "
         "a model that broke down; mended since), and they were not always run together since.",
         "",

@@ -19,6 +19,7 @@ ONCE = (
     "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
     "those after it, and none that was scored was run again. "
 )
+SHOWN = 100.0  # of the squared error kept back: the effect shows there
 MORE = 1.5  # times the E that a fit reaches: the plant's is overstated
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
 
@@ -36,8 +37,21 @@ def _hits(entries: list[Entry], *outcomes: str) -> int:
     return sum(e["outcome"] in outcomes for e in entries)
 
 
-def headline(entries: list[Entry], aims: tuple[str, ...] = TEN_AIMS) -> list[str]:
-    """The rows against the aims."""
+def headline(
+    entries: list[Entry], aims: tuple[str, ...] = TEN_AIMS, latest: list[Entry] | None = None
+) -> list[str]:
+    """The rows against the aims; beside them those of the ``latest`` cases, where told apart."""
+    heads = ["measure", "aim", "measured [Wilson 95 %]"]
+    rows = _rows(entries, aims)
+    if latest is not None:
+        heads[2:] = [f"all {len(entries)} [Wilson 95 %]", f"the latest {len(latest)}"]
+        rows = [(*row, own[-1]) for row, own in zip(rows, _rows(latest, aims), strict=True)]
+    lines = [heads, ["---"] * len(heads), *rows]
+    return ["| " + " | ".join(line) + " |" for line in lines]
+
+
+def _rows(entries: list[Entry], aims: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """What is asked, its aim, and its rate."""
     single = _of(entries, "effect")
     strong = [e for e in single if e["truth"]["E"] >= STRONG]
     clear, near = [e for e in strong if _clear(e)], [e for e in strong if not _clear(e)]
@@ -63,9 +77,8 @@ def headline(entries: list[Entry], aims: tuple[str, ...] = TEN_AIMS) -> list[str
         ("outside the catalogue, E >= 1000: confidently misnamed", outside, ("wrong",)),
         ("outside the catalogue, E >= 1000: `unexplained`", outside, ("right",)),
     )
-    table = ["| measure | aim | measured [Wilson 95 %] |", "|---|---|---|"]
-    return table + [
-        f"| {what} | {aim} | {rate(_hits(group, *outcomes), len(group))} |"
+    return [
+        (what, aim, rate(_hits(group, *outcomes), len(group)))
         for (what, group, outcomes), aim in zip(asked, aims, strict=True)
     ]
 
@@ -86,16 +99,29 @@ def removal(entries: list[Entry]) -> list[str]:
 
 
 def _removed_of_all(right: list[Entry]) -> str:
-    """The same over all channels that are measured, where that was kept."""
+    """The same over all channels that are measured, where that was kept; and where much was left
+    there to remove.
+    """
     kept = [e["kept_back"] for e in right if e.get("kept_back", {}).get("retuned", 0.0) > 0.0]
     if not kept:
         return ""
-    shares = [1.0 - d["explained"] / d["retuned"] for d in kept]
-    return (
+    told = (
         f" That is x and y alone. With all that is measured (motor angles with dc), each in its "
-        f"noise (n = {len(shares)}, kept since): median {100 * np.median(shares):.1f} %, worst "
-        f"decile {100 * np.quantile(shares, 0.1):.1f} %."
+        f"noise (n = {len(kept)}, kept since): {_shares(kept)}."
     )
+    shown = [d for d in kept if d["retuned"] >= SHOWN]
+    return told + (
+        f" Where retuning leaves {SHOWN:g} of its square or more, in noise units (n = "
+        f"{len(shown)}): {_shares(shown)}; elsewhere what is kept back hardly shows the effect."
+        if shown
+        else ""
+    )
+
+
+def _shares(kept: list[dict[str, float]]) -> str:
+    shares = [1.0 - d["explained"] / d["retuned"] for d in kept]
+    median, worst = 100 * np.median(shares), 100 * np.quantile(shares, 0.1)
+    return f"median {median:.1f} %, worst decile {worst:.1f} %"
 
 
 def overstated(entries: list[Entry]) -> list[str]:

@@ -1,24 +1,27 @@
 """A stepper motor loses (or gains) whole steps at some time.
 
-    phi = phi_c + steps 2 pi / 200 from ``time`` on, over 2 ms                           [rad]
+    phi = phi_c + steps (2 pi / 200) (3 p^2 - 2 p^3),                                    [rad]
+    p = clamp((t - time) / duration, 0, 1)
+
+The rotor starts and stops slipping without a jerk.
 
 Source: Kenjo, Sugawara, Stepping Motors and Their Microprocessor Controls, 1994.
 """
 
 from corexy_fmi.effects.api import EVERYWHERE, MOTORS, STEPPER, TWO_PI, Effect, Law, Parameter
-from corexy_fmi.kernel.xmath import clamp, select
+from corexy_fmi.kernel.xmath import clamp
 
 STEP_ANGLE = TWO_PI / 200  # [rad]
-JUMP = 2e-3  # [s] that the rotor takes to its new place
+SLIP = 2e-3  # [s] that the rotor takes to its new place, where nothing is told
 
 
-def slip(command, rate, now, steps, time):
+def slip(command, rate, now, steps, time, duration):
     """Angle [rad] and rate [rad/s] of a rotor that lost its place."""
-    part = (now - time) / JUMP
-    jumping = (part > 0) & (part < 1)
+    part = clamp((now - time) / duration, 0, 1)
+    lost = steps * STEP_ANGLE
     return {
-        "command": command + steps * STEP_ANGLE * clamp(part, 0, 1),
-        "rate": rate + select(jumping, steps * STEP_ANGLE / JUMP, 0 * steps),
+        "command": command + lost * part * part * (3 - 2 * part),
+        "rate": rate + lost / duration * 6 * part * (1 - part),
     }
 
 
@@ -50,9 +53,21 @@ EFFECT = Effect(
             over="time",
             local=True,
         ),
+        Parameter(
+            "duration",
+            "s",
+            "that the rotor takes to its new place",
+            SLIP,
+            5e-4,
+            0.1,
+            (SLIP,),
+            log=True,
+            default=SLIP,
+        ),
     ),
     laws=(Law("command", slip),),
-    equation=r"\varphi = \varphi_c + \frac{2\pi}{200}\,n\,[t > t_0]",
+    equation=r"\varphi = \varphi_c + \frac{2\pi}{200}\,n\,(3 p^2 - 2 p^3),\ "
+    r"p = \mathrm{clamp}((t - t_0) / T, 0, 1)",
     citation="Kenjo, Sugawara 1994, Stepping Motors and Their Microprocessor Controls",
     remedy="Raise the motor current or lower the acceleration; free what blocks the axis.",
     check="Drive back to the start: the carriage stands off its mark by whole steps.",

@@ -108,6 +108,15 @@ class _Posterior:
         """Number of unknowns."""
         return self.problem.size
 
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """The recordings."""
+        return self.problem.runs
+
+    def moving(self, run: int) -> Array:
+        """Indices of the unknowns that move a run."""
+        return self.problem.moving(run)
+
     def limits(self) -> tuple[Array, Array]:
         """Bounds (size,) of the unknowns."""
         return self.problem.limits()

@@ -287,6 +287,12 @@ class Problem:
         result[:, at:] = (u - self.prior[0]) * self.prior[1]
         return result
 
+    def moving(self, run: int) -> np.ndarray:
+        """Indices of the unknowns that move a run."""
+        first = self.first_own(run)
+        shared = [k for k, x in enumerate(self.unknowns) if x.run in (None, run)]
+        return np.array([*shared, *range(first, first + self.own)])
+
     def linearised(
         self, u: Array, borrowed: Array | None = None, stretch: float = 1.0
     ) -> tuple[Array, Array]:

@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from corexy_fmi.engine.by_run import parts
 from corexy_fmi.engine.fit import ENOUGH, Fit, costs, minimise, stepped
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.kernel.call import Array
@@ -77,7 +78,7 @@ def averaged(fit: Fit, seed: int = 0) -> Fit:
         if whole.sum() > problem.size + 8:
             mean = shown[whole].mean(axis=0)
             moves, changes = sets[whole] - u, shown[whole] - residual
-            jacobian = _regressed(moves, changes, root, jacobian[-problem.size :])
+            jacobian = _regressed(problem, moves, changes, jacobian)
         step, after, _ = stepped(problem, u, mean, jacobian, problem.limits())
         best, before = int(np.argmin(costs(shown))), least
         if _cost(shown[best]) < min(_cost(residual), _cost(after)):
@@ -145,16 +146,21 @@ def softened(fit: Fit) -> Fit:
         if whole.sum() <= problem.size + 8:
             return fit
         moves = sets[whole] - fit.u
-        jacobian = _regressed(moves, changes[whole], root, jacobian[-problem.size :])
+        jacobian = _regressed(problem, moves, changes[whole], jacobian)
     return replace(fit, slopes=jacobian)
 
 
-def _regressed(moves: Array, changes: Array, root: Array, priors: Array) -> Array:
-    """Slopes (samples + size, size) of changes (sets, samples + size) by moves (sets, size); those
-    of the priors (size, size) are known.
+def _regressed(problem: Problem, moves: Array, changes: Array, known: Array) -> Array:
+    """Slopes (samples + size, size) of changes (sets, samples + size) by moves (sets, size).
+
+    Each run's are regressed on what moves it; those of the priors are ``known``.
     """
-    inverse = np.linalg.inv(root)
-    known = np.column_stack([np.ones(len(moves)), moves @ inverse.T])
-    slopes = (np.linalg.pinv(known)[1:] @ changes).T @ inverse
-    slopes[-len(priors) :] = priors
-    return np.asarray(slopes)
+    slopes = np.zeros_like(known)
+    slopes[-problem.size :] = known[-problem.size :]
+    for run, part in enumerate(parts(problem)):
+        own = problem.moving(run)
+        spread = moves[:, own].std(axis=0)
+        scale = np.where(spread > 0, spread, 1.0)
+        moved = np.column_stack([np.ones(len(moves)), moves[:, own] / scale])
+        slopes[part, own] = (np.linalg.pinv(moved)[1:] @ changes[:, part]).T / scale
+    return slopes

@@ -43,7 +43,8 @@ def linearised(
     steps, at = step_lengths(problem, u, stretch), 0
     move = along(problem.unknowns, u, problem.limits(), STEP * stretch)
     for r, run in enumerate(problem.runs):
-        here, columns = slice(at, at := at + run.count), _columns(problem, r, wanted)
+        here, columns = slice(at, at := at + run.count), problem.moving(r)
+        columns = columns[wanted[columns]]
         sets = np.repeat(u[None], len(columns) + 2, axis=0)
         sets[1 + np.arange(len(columns)), columns] += steps[columns]
         sets[-1] += move
@@ -58,14 +59,6 @@ def linearised(
         if not max(column.max(initial=0.0), -column.min(initial=0.0)) < BROKEN:
             column[:] = 0.0
     return residual, slopes
-
-
-def _columns(problem: Problem, run: int, wanted: np.ndarray) -> np.ndarray:
-    """Indices of the wanted unknowns that move a run."""
-    first = problem.first_own(run)
-    moved = [k for k, x in enumerate(problem.unknowns) if x.run in (None, run)]
-    own = np.array([*moved, *range(first, first + problem.own)])
-    return own[wanted[own]]
 
 
 def step_lengths(problem: Problem, u: Array, stretch: float = 1.0) -> Array:
