@@ -132,12 +132,12 @@ def inside_of(name: str, said: dict[str, Any], truth: float) -> bool:
     return any(low <= truth + turn <= high for turn in turns)
 
 
-def section(entries: list[Entry]) -> list[str]:
-    """The part of RESULTS.md."""
+def section(entries: list[Entry], latest: list[Entry] | None = None) -> list[str]:
+    """The part of RESULTS.md; intervals of the ``latest`` cases beside those of all."""
     n, place, state = located(entries)
     lines = ["### Places, probabilities, intervals", ""]
     lines += [f"One effect, E >= 300: right coordinate {rate(place, n)} (aim 98 %), right variable"]
-    lines += [f"{rate(state, n)} (aim 85 %).", "", *_reliability(entries), "", *_intervals(entries)]
+    lines += [f"{rate(state, n)} (aim 85 %).", "", *_reliability(entries), "", *_intervals(entries, latest)]
     return [*lines, ""]
 
 
@@ -154,17 +154,24 @@ def _reliability(entries: list[Entry]) -> list[str]:
     return lines
 
 
-def _intervals(entries: list[Entry]) -> list[str]:
-    found, own = (coverage(e) for e in (entries, [e for e in single(entries) if in_own_form(e)]))
-    pooled, same = (_pooled(group) for group in (found, own))
+def _intervals(entries: list[Entry], latest: list[Entry] | None) -> list[str]:
+    found, own = _covered(entries)
+    late = [_pooled(group) for group in _covered(latest or [])]
+    told = f" Of the latest {len(latest)} cases: {late[0]}, and {late[1]}." if latest else ""
     lines = [
-        f"95 % intervals of rightly named effects hold the truth (aim 93 to 97 %): {pooled};",
-        f"where the plant's law has the catalogue's form: {same}.",
+        "95 % intervals of rightly named effects hold the truth (aim 93 to 97 %): "
+        f"{_pooled(found)};",
+        f"where the plant's law has the catalogue's form: {_pooled(own)}.{told}",
         "",
     ]
     lines += ["| effect | parameter | inside | in the catalogue's form |", "|---|---|---|---|"]
     rows = ((e, p, v, own.get((e, p), [])) for (e, p), v in sorted(found.items()))
     return lines + [f"| {e} | {p} | {_of(v)} | {_of(o)} |" for e, p, v, o in rows]
+
+
+def _covered(entries: list[Entry]) -> list[dict[tuple[str, str], list[bool]]]:
+    """The coverage of all cases, and of those in the catalogue's form."""
+    return [coverage(some) for some in (entries, [e for e in single(entries) if in_own_form(e)])]
 
 
 def _pooled(found: dict[tuple[str, str], list[bool]]) -> str:

@@ -84,7 +84,7 @@ def tables(
         "",
         *levels(entries, stem, hidden),
         "",
-        *section(entries),
+        *section(entries, latest),
         "### By effect",
         "",
         *by(entries, "effect"),

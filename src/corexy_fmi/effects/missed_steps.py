@@ -59,7 +59,7 @@ EFFECT = Effect(
             "that the rotor takes to its new place",
             SLIP,
             5e-4,
-            0.1,
+            0.02,
             (SLIP,),
             log=True,
             default=SLIP,
