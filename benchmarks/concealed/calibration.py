@@ -137,7 +137,13 @@ def section(entries: list[Entry], latest: list[Entry] | None = None) -> list[str
     n, place, state = located(entries)
     lines = ["### Places, probabilities, intervals", ""]
     lines += [f"One effect, E >= 300: right coordinate {rate(place, n)} (aim 98 %), right variable"]
-    lines += [f"{rate(state, n)} (aim 85 %).", "", *_reliability(entries), "", *_intervals(entries, latest)]
+    lines += [
+        f"{rate(state, n)} (aim 85 %).",
+        "",
+        *_reliability(entries),
+        "",
+        *_intervals(entries, latest),
+    ]
     return [*lines, ""]
 
 
