@@ -58,6 +58,21 @@ def test_struck_entries_count_apart_where_a_near_twin_is_left() -> None:
     assert rows[-1] == "1 of 2 within 0.2: 0.10, 0.30"
 
 
+def test_what_the_latest_struck_cases_say_stands_behind_all() -> None:
+    named = [e | {"name": "a", "seed": 1} for e in ENTRIES]
+    rows = [r for r in tables.levels(named, "none", "", ENTRIES[:1]) if "coordinate" in r]
+    assert "1/2 = 50.0 %" in rows[0]
+    assert "; the latest 1: 1/1 = 100.0 %" in rows[0]
+
+
+def test_a_class_with_the_truth_in_it_counts_half_where_effects_are_weak() -> None:
+    truth = {"kind": "effect", "E": 300.0, "E_sep": 20.0, "effects": [{"location": "x"}]}
+    weak = [{"outcome": o, "truth": truth} for o in ("right", "class", "class", "class", "wrong")]
+    weak.append({"outcome": "missed", "truth": {**truth, "E_sep": 200.0}})
+    said = [row.split(" | ")[2].split(" =")[0] for row in tables.headline(weak)[4:8]]
+    assert said == ["1/6", "0/1", "2/6", "4/6"]
+
+
 def test_the_latest_cases_stand_beside_all() -> None:
     first, _, row, *_ = tables.headline(ENTRIES, tables.FULL_AIMS, ENTRIES[-1:])
     assert first.endswith(f"| all {len(ENTRIES)} [Wilson 95 %] | the latest 1 |")

@@ -82,7 +82,7 @@ def tables(
         *overstated(entries),
         "### Levels of concealment",
         "",
-        *levels(entries, stem, hidden),
+        *levels(entries, stem, hidden, latest),
         "",
         *section(entries, latest),
         "### By effect",

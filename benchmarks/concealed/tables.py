@@ -13,14 +13,15 @@ from benchmarks.concealed.score import NEAR_TWIN
 
 Entry = dict[str, Any]
 STRONG = 700.0  # planted at E = 1000; the real E scatters around it
-TEN_AIMS = ("95 %", "95 %", "-", "-", "<= 2 %", "<= 1 %", "-", "-", "-")
-FULL_AIMS = ("98 %", "95 %", "92 %", "-", "<= 1 %", "<= 1 %", "90 %", "<= 3 %", "90 %")
+TEN_AIMS = ("95 %", "95 %", "-", "-", "-", "-", "<= 2 %", "<= 1 %", "-", "-", "-")
+FULL_AIMS = ("98 %", "95 %", "-", "-", "92 %", "-", "<= 1 %", "<= 1 %", "90 %", "<= 3 %", "90 %")
 ONCE = (
     "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
     "those after it, and none that was scored was run again. "
 )
 SHOWN = 100.0  # of the squared error kept back: the effect shows there
 MORE = 1.5  # times the E that a fit reaches: the plant's is overstated
+HALF = ("right", "half a class")
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
 
 
@@ -34,7 +35,9 @@ def _clear(entry: Entry) -> bool:
 
 
 def _hits(entries: list[Entry], *outcomes: str) -> int:
-    return sum(e["outcome"] in outcomes for e in entries)
+    """How many came out so; of `HALF` every second class, rounded down."""
+    halves = _hits(entries, "class") // 2 if outcomes == HALF else 0
+    return sum(e["outcome"] in outcomes for e in entries) + halves
 
 
 def headline(
@@ -66,7 +69,9 @@ def _rows(entries: list[Entry], aims: tuple[str, ...]) -> list[tuple[str, ...]]:
             ("right", "class"),
         ),
         ("one effect, E about 300: right name and place", weak, ("right",)),
-        ("the same, class with the truth in it counted", weak, ("right", "class")),
+        ("the same, no nearer twin (E_sep >= 100)", [e for e in weak if _clear(e)], ("right",)),
+        ("the same, twins too: a class with the truth in it counts half", weak, HALF),
+        ("the same: such a class counts whole", weak, ("right", "class")),
         ("wrong and confident, all single effects", single, ("wrong",)),
         (
             "nulls with imperfect nuisances: anything named or doubted",
@@ -183,6 +188,19 @@ def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
     ]
 
 
+def _beside(
+    rows: list[tuple[str, str, str]], latest: list[Entry] | None
+) -> list[tuple[str, str, str]]:
+    """Rows with what the latest cases say behind what all say."""
+    if latest is None:
+        return rows
+    late = [value for _, _, value in struck(latest)]
+    return [
+        (a, b, f"{c}; the latest {len(latest)}: {own}")
+        for (a, b, c), own in zip(rows, late, strict=True)
+    ]
+
+
 def _said(cases: list[Entry], verdict: str, placed: bool = False) -> str:
     found = [
         e["struck"]["verdict"] == verdict
@@ -192,8 +210,12 @@ def _said(cases: list[Entry], verdict: str, placed: bool = False) -> str:
     return rate(sum(found), len(cases))
 
 
-def levels(entries: list[Entry], stem: str, hidden: str = "") -> list[str]:
-    """The five levels of concealment; ``hidden``: what is to be said of the machine file."""
+def levels(
+    entries: list[Entry], stem: str, hidden: str = "", latest: list[Entry] | None = None
+) -> list[str]:
+    """The five levels of concealment; ``hidden``: what is to be said of the machine file; L4 of
+    the ``latest`` cases beside that of all, where told apart.
+    """
     single = [e for e in _of(entries, "effect") if e["truth"]["E"] >= 100]
     rows = [
         ("L1", "the label is sealed by hash before the engine runs", f"{len(entries)} seals"),
@@ -208,7 +230,7 @@ def levels(entries: list[Entry], stem: str, hidden: str = "") -> list[str]:
             "seeds follow from a commit's hash; seals are written before outcomes",
             f"none dropped; {cut_off(entries, stem)} cut off, without an outcome",
         ),
-        *struck(entries),
+        *_beside(struck(entries), latest),
         (
             "L5",
             "real recordings",
