@@ -54,8 +54,17 @@ ENTRIES = [
 
 def test_struck_entries_count_apart_where_a_near_twin_is_left() -> None:
     rows = [value for _, _, value in tables.struck(ENTRIES)]
-    assert [value.split(" ")[0] for value in rows] == ["1/3", "0/2", "2/2", "1/2", "1"]
+    assert [value.split(" ")[0] for value in rows] == ["1/3", "0/2", "no", "2/2", "1/2", "1"]
     assert rows[-1] == "1 of 2 within 0.2: 0.10, 0.30"
+
+
+def test_what_comes_near_a_struck_truth_is_its_twin_whatever_the_plant_says() -> None:
+    said = [("explained", 40.0), ("explained", 200.0), ("unexplained", 5.0)]
+    struck = [entry(verdict, "belts", 500.0, None) for verdict, _ in said]
+    for e, (_, reached) in zip(struck, said, strict=True):
+        e["struck"]["reached"] = reached
+    rows = [value for _, _, value in tables.struck(struck)]
+    assert [value.split(" ")[0] for value in rows[1:3]] == ["2/3", "1/2"]
 
 
 def test_what_the_latest_struck_cases_say_stands_behind_all() -> None:

@@ -79,6 +79,7 @@ def struck(case: Any, found: Diagnosis) -> dict[str, Any]:
         "effects": [(e["name"], e["location"]) for e in document["effects"]],
         "coordinate": document["located"]["coordinate"],
         "curve_error": curve_error(case, document),
+        "reached": reached(case, found)["explained"],
     }
 
 

@@ -163,6 +163,7 @@ def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
     """Rows of level L4: what is said where the true entry is deleted."""
     cases = [e for e in _of(entries, "effect") if "struck" in e and e["truth"]["E"] >= 100]
     clear = [e for e in cases if _clear(e)]
+    asked = [e for e in clear if "reached" in e["struck"]]
     curves = [e["struck"]["curve_error"] for e in cases]
     curves = sorted(c for c in curves if c is not None)
     off = ", ".join(f"{c:.2f}" for c in curves) or "none to compare"
@@ -174,10 +175,16 @@ def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
             _said(cases, "explained"),
         ),
         ("", "the same, no nearer twin left (E_sep >= 100)", _said(clear, "explained")),
-        ("", "the same: `unexplained`", _said(clear, "unexplained")),
         (
             "",
-            "the same: `unexplained` with the right coordinate",
+            "the same, none found by the engine's own fit either (what is named stays 100 or more "
+            "off the noise-free truth; kept since)",
+            _said([e for e in asked if not _twin_found(e["struck"])], "explained"),
+        ),
+        ("", "no nearer twin left: `unexplained`", _said(clear, "unexplained")),
+        (
+            "",
+            "no nearer twin left: `unexplained` with the right coordinate",
             _said(clear, "unexplained", True),
         ),
         (
@@ -186,6 +193,11 @@ def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
             f"{near} of {len(curves)} within 0.2: {off}",
         ),
     ]
+
+
+def _twin_found(struck: Entry) -> bool:
+    """Whether what is named for a struck entry comes so near to the truth that it is its twin."""
+    return struck["verdict"] == "explained" and struck["reached"] < NEAR_TWIN
 
 
 def _beside(
