@@ -1,9 +1,10 @@
 """Whether the experiment that an ambiguous verdict proposes settles it at the first try.
 
 ``python -m benchmarks.concealed.settle [--shard i/n] [--minutes M]`` takes all cases that any run
-of the proof left ambiguous, those of all 35 effects first, draws each once more, diagnoses it
-against all effects, runs the proposed program on the concealed plant as often as it says, and
-diagnoses all recordings together.  It goes on where it stopped.
+of the proof left ambiguous, those of all 35 effects first and of them those that the plant calls
+farthest from their nearest rival, draws each once more, diagnoses it against all effects, runs the
+proposed program on the concealed plant as often as it says, and diagnoses all recordings together.
+It goes on where it stopped.
 """
 
 from __future__ import annotations
@@ -36,12 +37,16 @@ def ambiguous() -> list[tuple[str, dict[str, Any]]]:
     """Name (with its seed, for runs share names), seed and wish of the ambiguous cases."""
     paths = [p for stem in STEMS for p in sorted(RESULTS.glob(f"{stem}*.jsonl"))]
     entries = [e for path in paths if "seals" not in path.name for e in read(path)]
-    found = [
+    found = [e for e in entries if e["document"]["verdict"] == "ambiguous"]
+    return [
         (f"{e['name']}:{e['seed']}", {"seed": e["seed"], "wanted": e["wanted"]})
-        for e in entries
-        if e["document"]["verdict"] == "ambiguous"
+        for e in sorted(found, key=_turn)
     ]
-    return sorted(found, key=lambda case: case[1]["wanted"].get("catalogue") != "full")
+
+
+def _turn(entry: dict[str, Any]) -> tuple[bool, float]:
+    """All 35 effects first, then what is apart."""
+    return entry["wanted"].get("catalogue") != "full", -(entry["truth"]["E_sep"] or 0.0)
 
 
 def performed(case: Any, proposed: Experiment) -> list[Recording]:
@@ -88,7 +93,8 @@ def section() -> list[str]:
         "`python -m benchmarks.concealed.settle`: ambiguous cases of the proof, each diagnosed "
         "again after the proposed program was run on the concealed plant as often as it says; "
         f"{_summary(entries)}. {len(ambiguous())} cases wait in all; those that had a program "
-        "from the engine before were run first, which is no random choice.",
+        "from the engine before were run first, then those of largest E_sep, which is no random "
+        "choice.",
         *([f"Before that, {_summary(before)}."] if before else []),
         "",
         "| case | planted | before | runs | after |",
