@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from corexy_fmi.engine.unknowns import (
 from corexy_fmi.engine.whitening import Filter
 from corexy_fmi.kernel.call import PUSH, REST, Array, Excitation, run_lanes
 from corexy_fmi.kernel.layout import Instance, Layout
+from corexy_fmi.kernel.spare import shared
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import STAGES
@@ -281,11 +283,17 @@ class Problem:
 
     def residual(self, u: Array) -> Array:
         """Whitened residuals with the priors behind them, (sets, samples + size)."""
-        result, at = np.empty((len(u), sum(r.count for r in self.runs) + self.size)), 0
-        for r, run in enumerate(self.runs):
-            self.whitened(u, r, list(result[:, at : (at := at + run.count)]))
-        result[:, at:] = (u - self.prior[0]) * self.prior[1]
+        edges = self.edges
+        result = np.empty((len(u), edges[-1] + self.size))
+        rows = [result[:, a:b] for a, b in pairwise(edges)]
+        shared(lambda r: self.whitened(u, r, list(rows[r])), range(len(rows)))
+        result[:, edges[-1] :] = (u - self.prior[0]) * self.prior[1]
         return result
+
+    @cached_property
+    def edges(self) -> list[int]:
+        """Where each run's samples begin in a residual, and where the last one's end."""
+        return [0, *accumulate(run.count for run in self.runs)]
 
     def moving(self, run: int) -> np.ndarray:
         """Indices of the unknowns that move a run."""

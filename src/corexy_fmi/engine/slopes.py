@@ -9,6 +9,7 @@ import numpy as np
 from corexy_fmi.engine.scaling import agree, along
 from corexy_fmi.engine.unknowns import SMOOTHING
 from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.spare import shared
 
 if TYPE_CHECKING:
     from corexy_fmi.engine.problem import Problem
@@ -33,28 +34,32 @@ def linearised(
     Where ``borrowed`` is given, only its columns that are NaN are computed.  A column whose run
     broke down is zero.
     """
-    samples = sum(run.count for run in problem.runs)
+    samples = problem.edges[-1]
     wanted = np.ones(problem.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
     slopes = np.zeros((samples + problem.size, problem.size), order="F")
     slopes[samples:] = np.diag(problem.prior[1])
     if borrowed is not None:
         slopes[:, ~wanted] = borrowed[:, ~wanted]
     residual = np.concatenate([np.zeros(samples), (u - problem.prior[0]) * problem.prior[1]])
-    steps, at = step_lengths(problem, u, stretch), 0
+    steps = step_lengths(problem, u, stretch)
     move = along(problem.unknowns, u, problem.limits(), STEP * stretch)
-    for r, run in enumerate(problem.runs):
-        here, columns = slice(at, at := at + run.count), problem.moving(r)
+
+    def of_run(r: int) -> None:
+        here = slice(*problem.edges[r : r + 2])
+        columns = problem.moving(r)
         columns = columns[wanted[columns]]
         sets = np.repeat(u[None], len(columns) + 2, axis=0)
         sets[1 + np.arange(len(columns)), columns] += steps[columns]
         sets[-1] += move
-        base, moved, change = residual[here], slopes.T[:, here], np.empty(run.count)
+        base, moved, change = residual[here], slopes.T[:, here], np.empty(problem.runs[r].count)
         problem.whitened(sets, r, [base, *(moved[k] for k in columns), change])
         with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
             for k in columns:
                 moved[k] -= base
                 moved[k] /= steps[k]
             agree(moved, move, change - base)
+
+    shared(of_run, range(len(problem.runs)))
     for column in slopes.T[:, :samples]:
         if not max(column.max(initial=0.0), -column.min(initial=0.0)) < BROKEN:
             column[:] = 0.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
 from threadpoolctl import threadpool_limits
 
 from corexy_fmi.engine.fit import Mapper
+from corexy_fmi.kernel.spare import team
 
 # of glibc's malloc.h
 TRIM_THRESHOLD, MMAP_THRESHOLD, ARENA_MAX = -1, -3, -8
@@ -42,6 +42,9 @@ def memory_kept() -> Iterator[None]:
 
 @contextmanager
 def workers(jobs: int) -> Iterator[Mapper]:
-    """An executor's map; the kernel and BLAS run outside of Python's lock, one thread each."""
-    with memory_kept(), threadpool_limits(1), ThreadPoolExecutor(max(jobs, 1)) as pool:
-        yield pool.map
+    """An executor's map; the kernel and BLAS run outside of Python's lock, one thread each.
+
+    Threads that have no task help with the runs of one (`shared`).
+    """
+    with memory_kept(), threadpool_limits(1), team(max(jobs, 1)) as crew:
+        yield crew.map

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from corexy_fmi.kernel.clock import restamp
 from corexy_fmi.kernel.compiler import NoCompilerError, kernel_library
 from corexy_fmi.kernel.layout import Layout
+from corexy_fmi.kernel.spare import shared
 from corexy_fmi.topology import STAGES
 
 Array = NDArray[np.float64]
@@ -29,7 +30,7 @@ REST = ("deflection along x", "deflection along y", "idlers since motor 1", "idl
 ENDS = ("x", "y", "motor 1", "motor 2")
 PUSH = (*(f"start of {end}" for end in ENDS), *(f"start speed of {end}" for end in ENDS))
 PLACES = {name: place for place, name in enumerate(STAGES)}
-LONG_RUN = 100_000  # rows, of all sets that do not run together
+LONG_RUN = 100_000  # rows
 
 
 class _Batch(ctypes.Structure):
@@ -141,28 +142,40 @@ def _fill(
 ) -> float:
     """All sets into out (sets, channels, rows); ``inputs`` are each set's own, if any; ``stage`` is
     the fidelity, and whether it is DC, ``begun`` what the sets begin with: rest (sets, 4) and push
-    (sets, 8).
+    (sets, 8).  Idle threads take some of the blocks of sets that run together.
 
-    Returns the longest step [s] of the last sets that ran together.
+    Returns the longest step [s] of the last block.
     """
-    sets, (fidelity, dc) = len(parameters), stage
-    first = np.array([e.of_set(inputs, n).start() for n in range(sets)])
-    driven = (e.input1, e.input2) if inputs is None else inputs
-    arrays = (e.time, *driven, parameters, first, *begun)
-    keep = [np.ascontiguousarray(a, dtype=np.float64) for a in arrays]
-    wanted, width = _wanted(channels), _width(sets)
-    call = _Batch(
-        *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, sets, inputs is not None),
-        *map(address, keep[:3]),
-        *(e.kp, e.kd, e.rate_weight, limit, e.lead),
-        *map(address, keep[3:]),
-        *(ctypes.addressof(wanted), len(wanted), address(out)),
-    )
-    call.held = keep, wanted, out
-    function = _library(layout, width).batch_run
-    if _interruptible(function, call, len(e.time) * -(-sets // width)):
-        raise MemoryError("the kernel found no memory for a run")
-    return float(call.step)
+    (fidelity, dc), width = stage, _width(len(parameters))
+    first = np.array([e.of_set(inputs, n).start() for n in range(len(parameters))])
+    wanted, function = _wanted(channels), _library(layout, width).batch_run
+    apart = inputs is not None
+    common = [_held(a) for a in (e.time, e.input1, e.input2)]
+    steps = np.zeros(-(-len(parameters) // width))
+
+    def run(block: int) -> None:
+        some = slice(block * width, (block + 1) * width)
+        own = [_held(a[some]) for a in (parameters, first, *begun)]
+        driven = common[1:] if inputs is None else [_held(a[some]) for a in inputs]
+        into = out[some]
+        call = _Batch(
+            *(len(e.time), MODES[e.mode], PLACES[fidelity], dc, len(into), apart),
+            *map(address, (common[0], *driven)),
+            *(e.kp, e.kd, e.rate_weight, limit, e.lead),
+            *map(address, own),
+            *(ctypes.addressof(wanted), len(wanted), address(into)),
+        )
+        call.held = common, driven, own, wanted, into
+        if _interruptible(function, call, len(e.time)):
+            raise MemoryError("the kernel found no memory for a run")
+        steps[block] = call.step
+
+    shared(run, range(len(steps)))
+    return float(steps[-1])
+
+
+def _held(array: Array) -> Array:
+    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def _width(sets: int) -> int:
