@@ -20,6 +20,7 @@ from engine_kit import (
     with_effects,
 )
 
+from corexy_fmi.engine import responses
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.choice import Choice
 from corexy_fmi.engine.document import whereabouts
@@ -304,3 +305,10 @@ def test_a_place_is_told_by_what_explains_more_a_law_or_simple_ones():
         for times, place in ((0.99, "y"), (1.01, "belts")):
             shown = replace(verdict, sites=(Site("belts", times * gain, "load"),))
             assert whereabouts(shown, None)[0] == place
+
+
+def test_a_response_that_broke_down_counts_for_nothing():
+    changes = np.array([[1.0, -2.0], [1e300, 0.0], [np.inf, 1.0], [np.nan, 0.0]])
+    single = responses._single(changes)
+    assert single.dtype == np.float32
+    assert single.tolist() == [[1.0, -2.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]

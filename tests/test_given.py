@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 from engine_kit import machine, record, short_motion
 
-from corexy_fmi.engine.given import make_runs, meaningless
+from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.given import make_runs, meaningless, unjudged
+from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import bundled_layout
 
 SENSOR = {i.effect.name for i in bundled_layout().instances if i.location == "sensor"}
@@ -33,3 +35,28 @@ def test_what_a_loop_runs_on_follows_its_sensor(metadata, own):
     found = struck("emps", ["x"], controller="pd kp=38995.821 kd=243.45", **metadata)
     assert (found >= SENSOR) == own
     assert bool(found & SENSOR) == own
+
+
+def test_a_recording_too_short_to_keep_a_part_back_is_said_to_judge_nothing():
+    long, short = (
+        record(machine(), short_motion(), n, tracker=t) for n, t in (("a", 1), ("b", 30))
+    )
+    runs, kept = make_runs([long, short], [], machine())
+    assert [r.name for r in runs] == ["a", "b"]
+    assert [r.name for r in kept] == ["a"]
+    (told,) = unjudged(runs, kept, [])
+    assert told.text.startswith("b: no channel has more than 20 samples in the last 30 %")
+    assert not unjudged(runs, kept, [long])
+
+
+def test_a_recording_that_only_judges_needs_samples_too():
+    long, none = (record(machine(), short_motion(), n, tracker=t) for n, t in (("a", 1), ("b", 90)))
+    with pytest.raises(InputError, match="b: no measured channel has more than 20 samples"):
+        make_runs([long], [none], machine())
+
+
+def test_nothing_kept_back_is_told_and_proves_nothing():
+    document = diagnose([record(machine(), short_motion(), tracker=30)], [], machine()).document
+    assert document["heldout"]["rms_explained"] is None
+    assert document["heldout"]["weak"]
+    assert any("which judge" in f["text"] for f in document["findings"])

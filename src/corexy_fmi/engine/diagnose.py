@@ -17,7 +17,14 @@ from corexy_fmi.engine.exhibit import exhibit
 from corexy_fmi.engine.experiment import Experiment, next_experiment
 from corexy_fmi.engine.family import within_family
 from corexy_fmi.engine.fit import Fit
-from corexy_fmi.engine.given import kept_parts, make_runs, meaningless, preflight, whole_runs
+from corexy_fmi.engine.given import (
+    kept_parts,
+    make_runs,
+    meaningless,
+    preflight,
+    unjudged,
+    whole_runs,
+)
 from corexy_fmi.engine.judge import judge
 from corexy_fmi.engine.looser import loosened
 from corexy_fmi.engine.model import tuned_machine
@@ -77,7 +84,7 @@ def diagnose(
     runs, kept = make_runs(train, holdout, machine)
     runs = begun(runs, layout, machine)
     kept = begun(kept, layout, machine) if holdout else begun_alike(kept, runs)
-    moving = told((*runs, *kept))
+    begins = [*unjudged(runs, kept, holdout), *told((*runs, *kept))]
     without |= meaningless(runs, machine, layout)
     whole, kept = whole_runs(runs), kept_parts(kept)
     with workers(jobs) as mapper:
@@ -105,7 +112,7 @@ def diagnose(
     paper = _document(
         verdict, competition, fit, proof, loose, leads, machine, machine_assumed, weak
     )
-    told_first = [*findings, *more, *moving, *resolution.told(competition.retuned)]
+    told_first = [*findings, *more, *begins, *resolution.told(competition.retuned)]
     paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
     if loops := as_rows(proof):
         paper["repeats"] = loops

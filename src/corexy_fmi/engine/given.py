@@ -8,7 +8,7 @@ from corexy_fmi.engine.derived import without_derived
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.engine.excerpts import excerpts, late_part, needed, restarted
 from corexy_fmi.engine.preflight import check
-from corexy_fmi.engine.samples import GAP, Run, make_run, split_in_time
+from corexy_fmi.engine.samples import FEWEST, GAP, Run, make_run, split_in_time
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -50,21 +50,32 @@ def _lost(given: Recording, whole: Recording) -> list[Finding]:
 def make_runs(
     train: Sequence[Recording], holdout: Sequence[Recording], machine: Machine
 ) -> tuple[list[Run], list[Run]]:
-    """Training and held-out runs; without the latter the last part of each is kept back."""
+    """Training and held-out runs; without the latter the last part of each is kept back, where it
+    has samples.  Raises InputError for a recording without.
+    """
     if holdout:
-        pairs = (
-            [make_run(r, machine, "train") for r in train],
-            [make_run(r, machine, "holdout") for r in holdout],
-        )
+        runs = [make_run(r, machine, "train") for r in train]
+        kept = [make_run(r, machine, "holdout") for r in holdout]
     else:
         halves = [split_in_time(r, machine, GAP) for r in train]
-        pairs = [a for a, _ in halves], [b for _, b in halves]
-    for run in pairs[0]:
+        runs, kept = [a for a, _ in halves], [b for _, b in halves if b.samples]
+    for run in (*runs, *kept):
         if not run.samples:
             raise InputError(
-                f"{run.name}: no measured channel has more than 20 samples, expected x, y or ax, ay"
+                f"{run.name}: no measured channel has more than {FEWEST} samples, expected x, y or "
+                "ax, ay" + ("" if holdout else " in its first 70 %")
             )
-    return pairs
+    return runs, kept
+
+
+def unjudged(
+    runs: Sequence[Run], kept: Sequence[Run], holdout: Sequence[Recording]
+) -> list[Finding]:
+    """What to say of recordings of which nothing is kept back."""
+    judged = [run.recording for run in kept]
+    names = [r.name for r in runs if not (holdout or any(r.recording is j for j in judged))]
+    text = f"no channel has more than {FEWEST} samples in the last 30 %, which judge"
+    return [Finding(f"{name}: {text}", "Record longer, or give --holdout.") for name in names]
 
 
 def meaningless(runs: Sequence[Run], machine: Machine, layout: Layout) -> frozenset[str]:

@@ -35,8 +35,8 @@ def begun(runs: Sequence[Run], layout: Layout, machine: Machine) -> list[Run]:
 
 
 def begun_alike(parts: Sequence[Run], known: Sequence[Run]) -> list[Run]:
-    """Other parts of the same recordings, in their order, as those begin."""
-    pairs = zip(parts, known, strict=True)
+    """Other parts of some of the same recordings as those begin."""
+    pairs = ((part, run) for part in parts for run in known if run.recording is part.recording)
     return [replace(run, role=part.role, samples=part.samples) for part, run in pairs]
 
 

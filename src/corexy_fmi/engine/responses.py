@@ -23,6 +23,7 @@ from corexy_fmi.engine.probes import Probe, probes
 from corexy_fmi.kernel.call import LANES, Array, Excitation
 
 SIZE = 2.0  # of a probe, in the noise of the quieter of x and y
+FAR = 1e15  # [noise] from which on a response broke down: single precision holds its square
 USUAL, VOLTS = 1e-5, 0.02  # [m] of that noise where neither is measured; [V] of a probe
 
 
@@ -55,11 +56,17 @@ def moved(
         change = added(fit, [off for off, _ in found]) + _pulled(fit, [v for _, v in found])
     else:
         change = _replayed(fit, small, some[0].volts)
-    told = (change / scale[:, None]).astype(np.float32)
+    told = _single(change / scale[:, None])
     return [
         Response(p.location, p.state, p.word, row, _chosen(fit, p))
         for p, row in zip(some, told, strict=True)
     ]
+
+
+def _single(changes: Array) -> Array:
+    """Changes (sets, samples) in single precision, 0 where one broke down."""
+    whole = np.abs(changes).max(axis=1, initial=0.0, keepdims=True) < FAR
+    return np.where(whole, changes, 0.0).astype(np.float32)
 
 
 def _chosen(fit: Fit, probe: Probe) -> float:
@@ -130,7 +137,7 @@ def responses(fit: Fit, runs: list[Motion], mapper: Mapper) -> Iterator[list[Res
     def shown(what: Added) -> Response:
         location, state, word, runs = what
         off = [{name: value[None] for name, value in run.items()} for run in runs]
-        return Response(location, state, word, added(fit, off)[0].astype(np.float32))
+        return Response(location, state, word, _single(added(fit, off))[0])
 
     yield [*mapper(shown, outputs(fit, runs))]
     held = courses(fit) if fit.problem.machine.drive == "dc" else []

@@ -14,6 +14,7 @@ from corexy_fmi.recording import Recording
 from corexy_fmi.simulate import excitation
 
 GAP = 5 * 0.07  # [s] left out before a split: five settling times of x in P1 (PHYSICS 5)
+FEWEST = 20  # samples, which a channel that counts exceeds
 LONG = 160_000  # rows beyond which recordings are fitted in excerpts and replayed without a fit
 LATE, SCATTER = 0.5, 5.0  # of the usual time between samples; of its median deviation
 OUTPUT_OF = {
@@ -141,7 +142,7 @@ def make_run(
     dc = machine.drive == "dc"
     names = [c for c in recording.measured if c in OUTPUT_OF and (dc or not c.startswith("phi"))]
     samples = tuple(Samples.of(c, recording.channels[c], recording.time, rows) for c in names)
-    samples = tuple(s for s in samples if len(s.index) > 20)
+    samples = tuple(s for s in samples if len(s.index) > FEWEST)
     return Run(recording.name, role, recording, excitation(machine, recording), samples)
 
 
