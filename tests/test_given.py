@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from engine_kit import machine, record, short_motion
 
@@ -60,3 +61,22 @@ def test_nothing_kept_back_is_told_and_proves_nothing():
     assert document["heldout"]["rms_explained"] is None
     assert document["heldout"]["weak"]
     assert any("which judge" in f["text"] for f in document["findings"])
+
+
+def test_a_recording_that_only_judges_measures_what_was_fitted():
+    fitted_on = record(machine(), short_motion(), "a", channels=["x"])
+    other = record(machine(), short_motion(), "b", channels=["y", "vx"])
+    with pytest.raises(InputError, match="b: measures y, vx, expected some of what is fitted: x"):
+        make_runs([fitted_on], [other], machine())
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 0.6), (0.75, 1.0)])
+def test_a_channel_that_only_one_part_has_does_not_judge(first, last):
+    whole = record(machine(), short_motion())
+    share = np.linspace(0.0, 1.0, len(whole))
+    y = np.where((share >= first) & (share <= last), whole.channels["y"], np.nan)
+    recording = replace(whole, channels=whole.channels | {"y": y})
+    _, (late,) = make_runs([recording], [], machine())
+    assert late.outputs == ("x",)
+    document = diagnose([recording], [], machine()).document
+    assert document["heldout"]["rms_explained"] is not None

@@ -8,7 +8,7 @@ from corexy_fmi.engine.derived import without_derived
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.engine.excerpts import excerpts, late_part, needed, restarted
 from corexy_fmi.engine.preflight import check
-from corexy_fmi.engine.samples import FEWEST, GAP, Run, make_run, split_in_time
+from corexy_fmi.engine.samples import FEWEST, GAP, Run, judged, make_run, split_in_time
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -51,21 +51,33 @@ def make_runs(
     train: Sequence[Recording], holdout: Sequence[Recording], machine: Machine
 ) -> tuple[list[Run], list[Run]]:
     """Training and held-out runs; without the latter the last part of each is kept back, where it
-    has samples.  Raises InputError for a recording without.
+    has samples.  Raises InputError for a recording without, and for one to judge on that measures
+    nothing that training did.
     """
-    if holdout:
-        runs = [make_run(r, machine, "train") for r in train]
-        kept = [make_run(r, machine, "holdout") for r in holdout]
-    else:
+    if not holdout:
         halves = [split_in_time(r, machine, GAP) for r in train]
-        runs, kept = [a for a, _ in halves], [b for _, b in halves if b.samples]
-    for run in (*runs, *kept):
-        if not run.samples:
+        runs = [_sampled(a, " in its first 70 %") for a, _ in halves]
+        late = [judged(b, [a]) for a, b in halves]
+        return runs, [run for run in late if run.samples]
+    runs = [_sampled(make_run(r, machine, "train")) for r in train]
+    kept = [_sampled(make_run(r, machine, "holdout")) for r in holdout]
+    known = ", ".join(dict.fromkeys(s.channel for run in runs for s in run.samples))
+    for run in kept:
+        if not judged(run, runs).samples:
+            own = ", ".join(s.channel for s in run.samples)
             raise InputError(
-                f"{run.name}: no measured channel has more than {FEWEST} samples, expected x, y or "
-                "ax, ay" + ("" if holdout else " in its first 70 %")
+                f"{run.name}: measures {own}, expected some of what is fitted: {known}"
             )
     return runs, kept
+
+
+def _sampled(run: Run, where: str = "") -> Run:
+    if not run.samples:
+        raise InputError(
+            f"{run.name}: no measured channel has more than {FEWEST} samples{where}, expected x, y "
+            "or ax, ay"
+        )
+    return run
 
 
 def unjudged(

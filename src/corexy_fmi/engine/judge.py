@@ -16,12 +16,12 @@ from corexy_fmi.engine.local import is_local, last_parts
 from corexy_fmi.engine.louder import loudest
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.predict import carried
-from corexy_fmi.engine.prove import Proof, channel_noise, judged, prove, replay
+from corexy_fmi.engine.prove import Proof, channel_noise, prove, replay
 from corexy_fmi.engine.quiet import LOUDER
 from corexy_fmi.engine.repeats import repeating
 from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.rest import restless
-from corexy_fmi.engine.samples import LONG, Run
+from corexy_fmi.engine.samples import LONG, Run, judged
 from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import Leftover, leftover
 from corexy_fmi.engine.verdict import Verdict, decide, harmless

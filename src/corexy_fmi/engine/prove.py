@@ -12,7 +12,7 @@ from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.predict import predictive_cost
 from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.samples import LONG, Run
+from corexy_fmi.engine.samples import LONG, Run, judged
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -94,12 +94,6 @@ def channel_noise(
     return tuple(known[s.channel] for s in run.samples if s.channel in known)
 
 
-def judged(run: Run, train: tuple[Run, ...]) -> Run:
-    """The run without channels that no training run measured."""
-    known = {s.channel for r in train for s in r.samples}
-    return replace(run, samples=tuple(s for s in run.samples if s.channel in known))
-
-
 @dataclass(frozen=True, eq=False)
 class Proof:
     """Replays of the three machines on every run, in the order of the runs.
@@ -165,7 +159,7 @@ def prove(
     def one(state: str, run: Run, n: tuple[Noise, ...]) -> Replay:
         machine = (own or {}).get((state, run.role, run.name), machines[state])
         if run.role == "holdout" and before and run.name in before:
-            return follow_up(layout, machine, run, n, judged(before[run.name], train))
+            return follow_up(layout, machine, run, n, judged(before[run.name], [run]))
         return replay(layout, machine, run, n)
 
     runs = tuple(judged(run, train) for run in runs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -144,6 +145,12 @@ def make_run(
     samples = tuple(Samples.of(c, recording.channels[c], recording.time, rows) for c in names)
     samples = tuple(s for s in samples if len(s.index) > FEWEST)
     return Run(recording.name, role, recording, excitation(machine, recording), samples)
+
+
+def judged(run: Run, others: Sequence[Run]) -> Run:
+    """The run without channels that no run of some others measured."""
+    known = {s.channel for other in others for s in other.samples}
+    return run.with_samples(tuple(s for s in run.samples if s.channel in known))
 
 
 def split_in_time(

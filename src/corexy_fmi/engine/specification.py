@@ -114,6 +114,8 @@ def leftover(fit: Fit) -> Leftover:
 def _judged(normal: Array, pull: Array, size: Array, names: list[tuple[str, str]]) -> Leftover:
     """Joint gain of all functions that the projection leaves anything of."""
     kept = np.diag(normal) > INDEPENDENT * size
+    if not kept.any():
+        return NOTHING
     scale = 1 / np.sqrt(np.diag(normal)[kept])
     pull, normal = pull[kept] * scale, normal[np.ix_(kept, kept)] * scale[:, None] * scale
     power, turn = np.linalg.eigh(normal)
