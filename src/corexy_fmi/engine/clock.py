@@ -43,5 +43,6 @@ def _offset(problem: Problem, run: int) -> float:
     for n, delay in enumerate(delays):
         shifted = late(r.excitation.time, out, np.array([delay]))[0]
         for c, samples in enumerate(r.samples):
-            costs[n] += np.var(samples.value - shifted[c, samples.index]) / np.var(samples.value)
+            left = samples.value - shifted[c, samples.index]
+            costs[n] += np.var(left) / (np.var(samples.value) or 1.0)  # one that stands still
     return float(delays[np.argmin(costs)])

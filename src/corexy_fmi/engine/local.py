@@ -64,9 +64,11 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
         return LastParts(retuned, fit, kept)
     runs = fit.problem.runs
     whole = {run.name: run for run in runs}
-    if [r.name for r in kept] == [r.name for r in runs]:  # kept back already
-        chosen = [r for r, on in zip(kept, shows(fit), strict=True) if on]
-        return LastParts(retuned, fit, chosen, whole)
+    on = {run.name for run, size in zip(runs, shows(fit), strict=True) if size}
+    if all(r.name in whole and r.recording is whole[r.name].recording for r in kept):
+        return LastParts(
+            retuned, fit, [r for r in kept if r.name in on], whole
+        )  # kept back already
     halves = [
         tuple(_as_clean(part, run) for part in split_in_time(run.recording, machine, GAP))
         for run in runs
@@ -75,5 +77,5 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
     if any(len(a.samples) != len(run.samples) for a, run in zip(early, runs, strict=True)):
         return LastParts(retuned, fit, kept)
     again = [minimise(replace(f.problem, runs=early), f.u, AGAIN) for f in (retuned, fit)]
-    chosen = [b for (_, b), on in zip(halves, shows(fit), strict=True) if on]
+    chosen = [b for _, b in halves if b.name in on]
     return LastParts(again[0], again[1], chosen, {run.name: run for run in early})
