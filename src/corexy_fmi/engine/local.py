@@ -65,7 +65,7 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
     runs = fit.problem.runs
     whole = {run.name: run for run in runs}
     on = {run.name for run, size in zip(runs, shows(fit), strict=True) if size}
-    if all(r.name in whole and r.recording is whole[r.name].recording for r in kept):
+    if kept and all(r.name in whole and r.recording is whole[r.name].recording for r in kept):
         return LastParts(
             retuned, fit, [r for r in kept if r.name in on], whole
         )  # kept back already
@@ -77,5 +77,5 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
     if any(len(a.samples) != len(run.samples) for a, run in zip(early, runs, strict=True)):
         return LastParts(retuned, fit, kept)
     again = [minimise(replace(f.problem, runs=early), f.u, AGAIN) for f in (retuned, fit)]
-    chosen = [b for _, b in halves if b.name in on]
+    chosen = [b for _, b in halves if b.name in on and all(len(s.index) for s in b.samples)]
     return LastParts(again[0], again[1], chosen, {run.name: run for run in early})
