@@ -58,6 +58,11 @@ def _as_clean(part: Run, whole: Run) -> Run:
     return replace(whole, role=part.role, samples=tuple(samples))  # begun as the whole was
 
 
+def _least(part: Run) -> int:
+    """Fewest samples of a channel."""
+    return min((len(s.index) for s in part.samples), default=0)
+
+
 def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) -> LastParts:
     """What a fit with parameters of single recordings is judged on; any other, on ``kept``."""
     if not is_local(fit):
@@ -65,10 +70,9 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
     runs = fit.problem.runs
     whole = {run.name: run for run in runs}
     on = {run.name for run, size in zip(runs, shows(fit), strict=True) if size}
-    if kept and all(r.name in whole and r.recording is whole[r.name].recording for r in kept):
-        return LastParts(
-            retuned, fit, [r for r in kept if r.name in on], whole
-        )  # kept back already
+    own = [r.name in whole and r.recording is whole[r.name].recording for r in kept]
+    if own and all(own):  # kept back already
+        return LastParts(retuned, fit, [r for r in kept if r.name in on], whole)
     halves = [
         tuple(_as_clean(part, run) for part in split_in_time(run.recording, machine, GAP))
         for run in runs
@@ -77,5 +81,5 @@ def last_parts(retuned: Fit, fit: Fit, kept: Sequence[Run], machine: Machine) ->
     if any(len(a.samples) != len(run.samples) for a, run in zip(early, runs, strict=True)):
         return LastParts(retuned, fit, kept)
     again = [minimise(replace(f.problem, runs=early), f.u, AGAIN) for f in (retuned, fit)]
-    chosen = [b for _, b in halves if b.name in on and all(len(s.index) for s in b.samples)]
+    chosen = [b for _, b in halves if b.name in on and _least(b)]
     return LastParts(again[0], again[1], chosen, {run.name: run for run in early})
