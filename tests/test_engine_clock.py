@@ -33,6 +33,14 @@ def test_the_offset_is_found(offset):
     assert LATE * start(posed)[-1] == pytest.approx(offset, abs=3e-3)
 
 
+def test_a_channel_that_stands_still_tells_no_offset():
+    machine = nominal("light_bench")
+    train, _ = pair(machine)
+    late = shifted(train[0], OFFSETS[0])
+    still = replace(late, channels=late.channels | {"y": np.zeros(len(late))})
+    assert LATE * start(problem(still, machine))[-1] == pytest.approx(OFFSETS[0], abs=3e-3)
+
+
 @pytest.mark.long
 def test_an_offset_hides_no_effect_and_is_none():
     bare = nominal("light_bench")

@@ -113,6 +113,10 @@ def test_independent_samples_of_coloured_noise(colour):
     assert independent(noise) == pytest.approx(expected, rel=0.4)
 
 
+def test_errors_that_are_all_zero_are_as_many_as_they_are():
+    assert independent(np.zeros(50)) == 50
+
+
 @pytest.mark.long
 def test_noise_that_grows_in_motion_is_no_noise():
     """A hum of the drive that no model holds: not called noise, whatever its colour."""

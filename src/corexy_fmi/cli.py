@@ -56,10 +56,10 @@ app.add_typer(reproduce.app, name="reproduce")
 def main() -> None:
     """Run the command line and leave with its status: 0, 2 for bad input, 130 when interrupted."""
     signal.signal(signal.SIGTERM, _terminate)
-    sys.exit(_run())
+    sys.exit(run())
 
 
-def _run() -> int:
+def run() -> int:
     """Exit status; a mistake of the user is one line on stderr."""
     try:
         status = app(prog_name="corexy", standalone_mode=False)

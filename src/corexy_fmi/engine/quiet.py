@@ -45,7 +45,7 @@ def independent(errors: Array) -> float:
     spectrum = np.abs(np.fft.rfft(errors, 2 * len(errors))) ** 2
     correlation = np.fft.irfft(spectrum)[: max(len(errors) // 4, 1)]
     correlation /= max(correlation[0], 1e-300)
-    return len(errors) / float(2 * np.sum(correlation**2) - 1)
+    return len(errors) / max(float(2 * np.sum(correlation**2) - 1), 1.0)  # less: all are 0
 
 
 def lasting(errors: Array, time: Array) -> bool:

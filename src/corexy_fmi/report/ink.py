@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -75,7 +76,9 @@ def _inline(figure: Figure, label: str, width: int, height: int) -> Markup:
     """The figure as an ``<svg>`` element for an HTML page, without prolog, style sheet or URL."""
     sheet = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Type", "Format"))
-    figure.savefig(sheet, format="svg", metadata=nothing, transparent=True)
+    with warnings.catch_warnings():  # beside a stray sample of 1 km a path has no height
+        warnings.filterwarnings("ignore", "Attempting to set identical low and high")
+        figure.savefig(sheet, format="svg", metadata=nothing, transparent=True)
     body = sheet.getvalue().split("</defs>", 1)[1].rsplit("</svg>", 1)[0]
     body = re.sub(r'<g id="[^"]*">', "<g>", body)
     body = re.sub(r"font-family: [^;\"]*; ?", "", body)
