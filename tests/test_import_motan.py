@@ -120,3 +120,12 @@ def test_what_is_no_capture(capture, tmp_path):
 
 def test_a_log_that_was_cut_off_counts_up_to_there(capture):
     assert len(import_motan(capture(cut=3), "x,y", (0.125, 0.125), RADIUS)) > 1000
+
+
+@pytest.mark.parametrize("row", ["[1, 2, 3]", "[1, 1e400, 0, 0]", f"[1, {'9' * 400}, 0, 0]"])
+def test_samples_are_four_finite_numbers(capture, tmp_path, row):
+    message = f'{{"q": "adxl345:adxl345", "params": {{"data": [{row}]}}}}\x03'
+    path = tmp_path / "odd.json"
+    path.write_bytes(capture(packed=False).read_bytes() + message.encode())
+    with pytest.raises(InputError, match="no data of adxl345 adxl345"):
+        import_motan(path, "x,y", (0.125, 0.125), RADIUS)

@@ -18,6 +18,7 @@ FILES = {
     "back.csv": "time,phi1,phi2,x\n0,0,0,0\n0,0,0,0\n",
     "blind.csv": "time,phi1,phi2\n0,0,0\n0.1,0,0\n",
     "volts.csv": "time,V1,V2,x\n0,0,0,0\n0.1,0,0,0\n",
+    "far.csv": "time,phi1,phi2\n0,0,0\n0.1,1e308,0\n0.2,0,0\n",
     "typo.toml": "[parameters]\ncarriage_mas = 0.1\n",
     "open.toml": "[machine]\ndrive = 'dc'\n",
     "effect.py": "EFFECT = 3\n",
@@ -36,6 +37,10 @@ BAD = {
     "cell no number": (
         ("simulate", "word.csv", "--out", "o.csv"),
         "word.csv, line 3, column phi1: found 'zero', expected a finite number",
+    ),
+    "inputs that nothing follows": (
+        ("simulate", "far.csv", "--out", "o.csv"),
+        "s, expected inputs and a machine that stay finite",
     ),
     "time": (("diagnose", "back.csv", "--out", "o"), "back.csv, line 3, column time"),
     "nothing measured": (("diagnose", "blind.csv", "--out", "o"), "no measured samples, expected"),

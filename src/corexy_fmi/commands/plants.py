@@ -8,6 +8,7 @@ from pathlib import Path
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
+from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
 
@@ -30,10 +31,24 @@ def run(plant: Plant, machine: Machine, command: Recording, own: dict[str, Effec
     if plant is Plant.model:
         from corexy_fmi.simulate import simulate
 
-        return simulate(machine, command, layout)
+        return _finite(simulate(machine, command, layout))
     from corexy_fmi.fmu.build import build_fmu
     from corexy_fmi.fmu.runner import run_fmu
 
     with tempfile.TemporaryDirectory(prefix="corexy-") as folder:
         fmu = build_fmu(Path(folder), machine, effects=catalogue() | own)
-        return run_fmu(fmu, command, machine, layout)
+        return _finite(run_fmu(fmu, command, machine, layout))
+
+
+def _finite(response: Recording) -> Recording:
+    """The response.  Raises InputError where it is none: no machine follows such inputs."""
+    import numpy as np
+
+    for name in ("x", "y"):
+        lost = np.flatnonzero(~np.isfinite(response[name]))
+        if len(lost):
+            raise InputError(
+                f"{response.name}: {name} is {response[name][lost[0]]} at "
+                f"{response.time[lost[0]]:g} s, expected inputs and a machine that stay finite"
+            )
+    return response

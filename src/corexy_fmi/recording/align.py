@@ -120,6 +120,8 @@ def _correlation(first: Signal, second: Signal, step: float) -> tuple[Array, Arr
     coarse = max(float(np.median(np.diff(s.time))) for s in (first, second))
     smooth = max(SMOOTH, coarse)
     (begin, a), (other, b) = (_grid(s, step, smooth) for s in (first, second))
+    largest = [float(np.abs(v).max(initial=0.0)) or 1.0 for v in (a, b)]
+    a, b = a / largest[0], b / largest[1]  # whatever their units, their squares are finite
     size = np.sqrt(np.sum(a**2) * np.sum(b**2))
     both = zip(a.T, b.T, strict=True)
     total = np.sum([correlate(y, x, mode="full", method="fft") for x, y in both], axis=0)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -58,8 +59,8 @@ def read_capture(path: Path, sensor: str = "") -> Capture:
                 moves += [_move(entry) for entry in message["params"]["data"]]
             elif kind in SENSORS:
                 rows = message["params"]["data"]
-                felt.setdefault(name, []).extend([[float(v) for v in row[:4]] for row in rows])
-        except (KeyError, TypeError, ValueError, IndexError) as error:
+                felt.setdefault(name, []).extend([_sample(row) for row in rows])
+        except (KeyError, TypeError, ValueError, IndexError, OverflowError) as error:
             raise InputError(
                 f"{path}, message {number}: no data of {kind} {name}, expected a capture of "
                 "Klipper's data_logger.py"
@@ -132,8 +133,21 @@ def _messages(path: Path) -> Iterator[dict[str, Any]]:
 def _move(entry: Sequence[Any]) -> list[float]:
     time, duration, speed, acceleration, place, way = entry[:6]
     mm = MILLIMETRE
-    return [float(time), float(duration), mm * speed, mm * acceleration,
-            mm * place[0], mm * place[1], float(way[0]), float(way[1])]  # fmt: skip
+    return _finite([time, duration, mm * speed, mm * acceleration,
+                    mm * place[0], mm * place[1], way[0], way[1]])  # fmt: skip
+
+
+def _sample(row: Sequence[Any]) -> list[float]:
+    time, *felt = row[:4]
+    return _finite([time, felt[0], felt[1], felt[2]])
+
+
+def _finite(values: Sequence[Any]) -> list[float]:
+    """As numbers.  Raises ValueError for what is infinite or none, OverflowError for more."""
+    found = [float(v) for v in values]
+    if not all(map(math.isfinite, found)):
+        raise ValueError(found)
+    return found
 
 
 def _shaped(message: dict[str, Any]) -> bool:
