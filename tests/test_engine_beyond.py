@@ -16,7 +16,6 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.beyond import Beyond, beyond
-from corexy_fmi.engine.by_run import parts
 from corexy_fmi.engine.signature import gain_many, gain_one
 
 
@@ -48,7 +47,7 @@ def projected(fit, changes, part):
 
 def test_products_are_those_of_projected_changes(fit):
     behind, changes = beyond(fit), drawn(fit)
-    for part in (slice(0, behind.samples), *parts(fit.problem)):
+    for part in (slice(0, behind.samples), *fit.problem.parts):
         products, gram = behind.of(changes[:, part], part)
         left = projected(fit, changes, part)
         assert products == pytest.approx(left @ fit.residual, rel=1e-6, abs=1e-9)

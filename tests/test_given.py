@@ -46,7 +46,9 @@ def test_a_recording_too_short_to_keep_a_part_back_is_said_to_judge_nothing():
     assert [r.name for r in runs] == ["a", "b"]
     assert [r.name for r in kept] == ["a"]
     (told,) = unjudged(runs, kept, [])
-    assert told.text.startswith("b: no channel has more than 20 samples in the last 30 %")
+    assert told.text.startswith(
+        "b: nothing that is fitted has more than 20 samples in the last 30 %"
+    )
     assert not unjudged(runs, kept, [long])
 
 

@@ -6,6 +6,8 @@ import tempfile
 from enum import StrEnum
 from pathlib import Path
 
+import numpy as np
+
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
 from corexy_fmi.errors import InputError
@@ -42,8 +44,6 @@ def run(plant: Plant, machine: Machine, command: Recording, own: dict[str, Effec
 
 def _finite(response: Recording) -> Recording:
     """The response.  Raises InputError where it is none: no machine follows such inputs."""
-    import numpy as np
-
     for name in ("x", "y"):
         lost = np.flatnonzero(~np.isfinite(response[name]))
         if len(lost):

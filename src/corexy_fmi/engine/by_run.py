@@ -7,7 +7,6 @@ time narrowed down around the best start.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -28,12 +27,6 @@ from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
 
 ZOOMS, SHOWS = 2, 3.0  # rounds that narrow a time down; [nats] by which a run shows its own part
-
-
-def parts(problem: Problem) -> list[slice]:
-    """Where the samples of each run stand in the residual."""
-    edges = np.cumsum([0, *(run.count for run in problem.runs)])
-    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
 def by_run(
@@ -62,7 +55,7 @@ def _waves(
     vectors = np.array([row_of(problem, u, instance, r) for r in rows])
     change = changes(beyond.fit, problem, vectors)
     values, sizes, gains, spare = dict(rows[0]), [], [], 0.0
-    for run, part in zip(problem.runs, parts(problem), strict=True):
+    for run, part in zip(problem.runs, problem.parts, strict=True):
         products, gram = beyond.of(change[:, part], part)
         gain, factors = gain_many(products, gram)
         factor, values[f"{phase.name}@{run.name}"] = combined(rows, factors, phase)
@@ -117,7 +110,7 @@ def _better(
         block = rows[first : first + LANES]
         vectors = np.array([row_of(problem, u, instance, r) for r in block])
         change = changes(beyond.fit, problem, vectors)
-        for r, part in enumerate(parts(problem)):
+        for r, part in enumerate(problem.parts):
             key = f"{timed}@{problem.runs[r].name}"
             products, gram = beyond.of(change[:, part], part)
             for n, row in enumerate(block):

@@ -84,9 +84,9 @@ def unjudged(
     runs: Sequence[Run], kept: Sequence[Run], holdout: Sequence[Recording]
 ) -> list[Finding]:
     """What to say of recordings of which nothing is kept back."""
-    judged = [run.recording for run in kept]
-    names = [r.name for r in runs if not (holdout or any(r.recording is j for j in judged))]
-    text = f"no channel has more than {FEWEST} samples in the last 30 %, which judge"
+    known = [run.recording for run in kept]
+    names = [r.name for r in runs if not (holdout or any(r.recording is k for k in known))]
+    text = f"nothing that is fitted has more than {FEWEST} samples in the last 30 %, which judge"
     return [Finding(f"{name}: {text}", "Record longer, or give --holdout.") for name in names]
 
 

@@ -15,7 +15,6 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.effects.api import TWO_PI
-from corexy_fmi.engine.by_run import parts
 from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.pulses import EFFECT
@@ -34,7 +33,7 @@ def overtone_fits(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
         return []
     shaped = replace(first.problem, hypothesis=Hypothesis(uses, shaped=True))
     pairs = [(k, duty) for k in range(1, OVERTONES + 1) for duty in DUTIES if _share(k, duty)]
-    reach = [np.linalg.qr(first.jacobian[part])[0] for part in parts(shaped)]
+    reach = [np.linalg.qr(first.jacobian[part])[0] for part in shaped.parts]
     placed = list(mapper(lambda pair: _placed(shaped, first, reach, *pair), pairs))
     best = sorted(placed, key=lambda found: found[0])[:TRIED]
     fitted = mapper(lambda found: minimise(shaped, found[1], LONG), best)
@@ -80,7 +79,7 @@ def _placed(
             own[x.run] = n
             rows[:, n] = [x.internal(_phase(known[x.key], k, duty, place)) for place in range(k)]
     white = shaped.residual(rows)
-    costs = [_cost(white[:, part], q) for part, q in zip(parts(shaped), reach, strict=True)]
+    costs = [_cost(white[:, part], q) for part, q in zip(shaped.parts, reach, strict=True)]
     start = rows[0].copy()
     for run, n in own.items():
         start[n] = rows[int(np.argmin(costs[run])), n]

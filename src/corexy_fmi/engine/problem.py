@@ -283,17 +283,18 @@ class Problem:
 
     def residual(self, u: Array) -> Array:
         """Whitened residuals with the priors behind them, (sets, samples + size)."""
-        edges = self.edges
-        result = np.empty((len(u), edges[-1] + self.size))
-        rows = [result[:, a:b] for a, b in pairwise(edges)]
-        shared(lambda r: self.whitened(u, r, list(rows[r])), range(len(rows)))
-        result[:, edges[-1] :] = (u - self.prior[0]) * self.prior[1]
+        parts, samples = self.parts, self.parts[-1].stop
+        result = np.empty((len(u), samples + self.size))
+        shared(lambda r: self.whitened(u, r, list(result[:, parts[r]])), range(len(parts)))
+        result[:, samples:] = (u - self.prior[0]) * self.prior[1]
         return result
 
     @cached_property
-    def edges(self) -> list[int]:
-        """Where each run's samples begin in a residual, and where the last one's end."""
-        return [0, *accumulate(run.count for run in self.runs)]
+    def parts(self) -> list[slice]:
+        """Where the samples of each run stand in a residual."""
+        return [
+            slice(*ends) for ends in pairwise(accumulate((r.count for r in self.runs), initial=0))
+        ]
 
     def moving(self, run: int) -> np.ndarray:
         """Indices of the unknowns that move a run."""

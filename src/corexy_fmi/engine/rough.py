@@ -17,7 +17,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from corexy_fmi.engine.by_run import parts
 from corexy_fmi.engine.fit import ENOUGH, Fit, costs, minimise, stepped
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.kernel.call import Array
@@ -157,7 +156,7 @@ def _regressed(problem: Problem, moves: Array, changes: Array, known: Array) -> 
     """
     slopes = np.zeros_like(known)
     slopes[-problem.size :] = known[-problem.size :]
-    for run, part in enumerate(parts(problem)):
+    for run, part in enumerate(problem.parts):
         own = problem.moving(run)
         spread = moves[:, own].std(axis=0)
         scale = np.where(spread > 0, spread, 1.0)

@@ -33,7 +33,7 @@ def penalty(problem: Problem, samples: int) -> float:
 
 def samples_of(fit: Fit) -> int:
     """Number of samples that a fit stands on."""
-    return sum(run.count for run in fit.problem.runs)
+    return int(fit.problem.parts[-1].stop)
 
 
 def rank(fit: Fit) -> float:

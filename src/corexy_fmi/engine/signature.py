@@ -51,7 +51,7 @@ def gain_many(products: Array, gram: Array) -> tuple[float, Array]:
 
 def changes(base: Fit, problem: Problem, vectors: Array) -> Array:
     """Change of the residual (sets, samples) by each vector; 0 where it breaks down."""
-    count = sum(r.count for r in problem.runs)
+    count = problem.parts[-1].stop
     change = problem.residual(vectors)[:, :count]
     with np.errstate(over="ignore", invalid="ignore"):
         change -= base.residual[:count]

@@ -34,7 +34,7 @@ def linearised(
     Where ``borrowed`` is given, only its columns that are NaN are computed.  A column whose run
     broke down is zero.
     """
-    samples = problem.edges[-1]
+    samples = problem.parts[-1].stop
     wanted = np.ones(problem.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
     slopes = np.zeros((samples + problem.size, problem.size), order="F")
     slopes[samples:] = np.diag(problem.prior[1])
@@ -45,8 +45,7 @@ def linearised(
     move = along(problem.unknowns, u, problem.limits(), STEP * stretch)
 
     def of_run(r: int) -> None:
-        here = slice(*problem.edges[r : r + 2])
-        columns = problem.moving(r)
+        here, columns = problem.parts[r], problem.moving(r)
         columns = columns[wanted[columns]]
         sets = np.repeat(u[None], len(columns) + 2, axis=0)
         sets[1 + np.arange(len(columns)), columns] += steps[columns]

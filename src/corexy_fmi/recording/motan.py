@@ -138,8 +138,8 @@ def _move(entry: Sequence[Any]) -> list[float]:
 
 
 def _sample(row: Sequence[Any]) -> list[float]:
-    time, *felt = row[:4]
-    return _finite([time, felt[0], felt[1], felt[2]])
+    time, x, y, z = row[:4]
+    return _finite([time, x, y, z])
 
 
 def _finite(values: Sequence[Any]) -> list[float]:
