@@ -38,6 +38,7 @@ class Bowl:
     ripple: float = 0.0
     size: int = SIZE
     runs: tuple[Run] = (Run(),)
+    parts = (slice(0, SAMPLES),)
 
     def moving(self, run: int) -> np.ndarray:
         """All unknowns move the only one."""
