@@ -135,6 +135,15 @@ def test_a_wave_is_found_in_the_recording_kept_back_by_its_own_phase(phase: floa
     assert there.value(".".join(FAN) + ".amplitude") == fit.value(".".join(FAN) + ".amplitude")
 
 
+def test_cures_of_rough_ground_foretell_the_same_of_smooth(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They ask a posterior for all that they ask a problem for."""
+    fit = fitted(problem(record(machine(), rich_motion(), "a.csv", seed=1), machine()))
+    run = make_run(record(machine(), rich_motion(), "b.csv", seed=2), machine(), "holdout")
+    smooth = predictive_cost(fit, run, fit.problem.noise[0])
+    monkeypatch.setattr("corexy_fmi.engine.rough.is_rough", lambda fit: True)
+    assert predictive_cost(fit, run, fit.problem.noise[0]) == pytest.approx(smooth, abs=1.0)
+
+
 def test_unknowns_of_the_run_begin_where_they_were_fitted() -> None:
     """Their prior stays at zero, wherever the search for them begins."""
     linear, begin, precision = model()

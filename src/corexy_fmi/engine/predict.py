@@ -113,6 +113,11 @@ class _Posterior:
         """The recordings."""
         return self.problem.runs
 
+    @property
+    def parts(self) -> list[slice]:
+        """Where the samples of each recording stand."""
+        return self.problem.parts
+
     def moving(self, run: int) -> Array:
         """Indices of the unknowns that move a run."""
         return self.problem.moving(run)
