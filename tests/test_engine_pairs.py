@@ -11,7 +11,8 @@ from corexy_fmi.engine.specification import Leftover
 from corexy_fmi.machine import EffectUse
 
 FIRST = 10_000.0  # [nats] that the first effect gains
-REFUTED, WHOLE = Leftover(80.0, 15.0, ""), Leftover(1.0, 0.2, "")
+REFUTED, WHOLE = Leftover(45.0, 8.0, ""), Leftover(1.0, 0.2, "")
+STARK = Leftover(80.0, 15.0, "")
 
 
 def fit(cost, left):
@@ -35,6 +36,9 @@ def plain(monkeypatch):
         (300.0, REFUTED, WHOLE, True),
         (300.0, REFUTED, REFUTED, False),
         (40.0, REFUTED, WHOLE, False),
+        (40.0, STARK, WHOLE, True),  # no wrong form leaves as much, whatever the share
+        (40.0, STARK, REFUTED, False),
+        (5.0, STARK, WHOLE, False),
     ],
 )
 def test_what_pays(gain, one, two, pays):
@@ -51,6 +55,7 @@ def test_what_pays(gain, one, two, pays):
         (300.0, WHOLE, REFUTED, False),  # nothing speaks against the first one alone
         (500.0, REFUTED, REFUTED, False),
         (40.0, REFUTED, REFUTED, False),
+        (40.0, STARK, STARK, True),
     ],
 )
 def test_what_is_begun_again(monkeypatch, gain, one, two, again):

@@ -15,6 +15,7 @@ from corexy_fmi.engine.whole import whole
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
 COMPLETING = 0.005  # the same where the first one alone is refuted by what it leaves, both are not
 WHOLE = 3.0  # standard deviations of what both leave to simple functions, at most
+STARK = 10.0  # of what one alone leaves: no wrong form did, whatever share both gain
 
 
 def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
@@ -62,12 +63,18 @@ def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
 
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:
     """Whether a second effect gains enough over one: as a wrong form of one may leave a share of it
-    to others, either more than that, or what one leaves to simple functions and both do not.
+    to others, either more than that, or what one leaves to simple functions and both do not; any
+    gain where that is stark.
     """
     gain, first = rank(one) - rank(two), base.cost - one.cost
-    if gain < max(THRESHOLD + form_floor(two), COMPLETING * first):
+    if gain < max(THRESHOLD + form_floor(two), _least(one) * first):
         return False
     return gain > SECOND_SHARE * first or (leftover(one).matters(0.0) and _complete(two))
+
+
+def _least(one: Fit) -> float:
+    """Share of one's gain that a second effect gains at least."""
+    return 0.0 if leftover(one).score > STARK else COMPLETING
 
 
 def _complete(fit: Fit) -> bool:
@@ -79,7 +86,7 @@ def _completed(one: Fit, two: Fit, base: Fit, mapper: Mapper) -> Fit:
     beside its end: beside a strong one, a rotor on its field ended 170 nats short.
     """
     gain, first = rank(one) - rank(two), base.cost - one.cost
-    small = COMPLETING * first < gain < SECOND_SHARE * first
+    small = _least(one) * first < gain < SECOND_SHARE * first
     if not small or not leftover(one).matters(0.0) or _complete(two):
         return two
     return shaken(two, mapper)
