@@ -24,6 +24,7 @@ from corexy_fmi.engine.rest import restless
 from corexy_fmi.engine.samples import LONG, Run, judged
 from corexy_fmi.engine.site import Site
 from corexy_fmi.engine.specification import Leftover, leftover
+from corexy_fmi.engine.steady import unsteady
 from corexy_fmi.engine.verdict import Verdict, decide, harmless
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -155,6 +156,9 @@ def _guarded(
         return replace(verdict, stands=left)
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
         return incomplete(verdict, f"the {left.cause} still explains part of it", left)
+    waves = unsteady(fit)
+    if verdict.word != "unexplained" and waves.matters(winner):
+        return incomplete(verdict, f"{waves.cause} changes from part to part")
     loud = loudest(fit)
     if verdict.word != "unexplained" and loud and loud.ratio > LOUDER:
         return incomplete(verdict, loud.told)

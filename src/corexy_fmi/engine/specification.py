@@ -108,10 +108,10 @@ def leftover(fit: Fit) -> Leftover:
     size = np.diag(normal) + 1e-300
     normal -= reach @ reach.T
     pull -= reach @ (own.T @ fit.residual)
-    return _judged(normal, pull, size, names)
+    return judged(normal, pull, size, names)
 
 
-def _judged(normal: Array, pull: Array, size: Array, names: list[tuple[str, str]]) -> Leftover:
+def judged(normal: Array, pull: Array, size: Array, names: list[tuple[str, str]]) -> Leftover:
     """Joint gain of all functions that the projection leaves anything of."""
     kept = np.diag(normal) > INDEPENDENT * size
     if not kept.any():
