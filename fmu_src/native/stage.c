@@ -104,6 +104,41 @@ INLINE void turn_pulleys(stage *s, double half)
     run_port(s, PORT_TRANSMISSION);
 }
 
+/* what the idlers' step changes, and what it finds */
+typedef struct {
+    lane q[COORDINATES], v[COORDINATES], before[COORDINATES], friction[COORDINATES];
+    lane force[COORDINATES], tension[SECTIONS];
+} belt_state;
+
+static void keep_belts(const stage *s, belt_state *b)
+{
+    memcpy(b->q, s->q, sizeof s->q);
+    memcpy(b->v, s->v, sizeof s->v);
+    memcpy(b->before, s->before, sizeof s->before);
+    memcpy(b->friction, s->friction, sizeof s->friction);
+    memcpy(b->force, s->force, sizeof s->force);
+    memcpy(b->tension, s->tension, sizeof s->tension);
+}
+
+/* ``free_only``: in lanes without a law on their tensions */
+static void put_belts(stage *s, const belt_state *b, int free_only)
+{
+    for (int i = 0; i < s->coordinates; i++)
+        EACH {
+            const int own = free_only && s->hooked_tension[0][l] > 0;
+            s->q[i][l] = pick(own, s->q[i][l], b->q[i][l]);
+            s->v[i][l] = pick(own, s->v[i][l], b->v[i][l]);
+            s->before[i][l] = pick(own, s->before[i][l], b->before[i][l]);
+            s->friction[i][l] = pick(own, s->friction[i][l], b->friction[i][l]);
+            s->force[i][l] = pick(own, s->force[i][l], b->force[i][l]);
+        }
+    for (int i = 0; i < s->sections; i++)
+        EACH {
+            const int own = free_only && s->hooked_tension[0][l] > 0;
+            s->tension[i][l] = pick(own, s->tension[i][l], b->tension[i][l]);
+        }
+}
+
 /* positions in the middle of the step and belt forces; the idlers' whole step */
 INLINE void find_forces(stage *s, table *t)
 {
@@ -113,13 +148,22 @@ INLINE void find_forces(stage *s, table *t)
     shape(s, t);
     if (hooked(s, PORT_BELT)) find_stiffness(s, t);
     if (hooked(s, PORT_CONTACT)) find_contact(s, t);
-    if (s->has_belt_damping || hooked(s, PORT_TENSION)) t->find_rate(s);
-    if (!hooked(s, PORT_TENSION) && !hooked(s, PORT_RUNOUT)) {
+    const int hooks = hooked(s, PORT_TENSION) || hooked(s, PORT_RUNOUT);
+    if ((s->has_belt_damping && (hooks || !s->implicit)) || hooked(s, PORT_TENSION)) t->find_rate(s);
+    if (!hooks) {
         t->pull_idlers(s);
         return;
     }
+    belt_state before, tied;
+    if (s->implicit) {
+        keep_belts(s, &before);
+        t->pull_idlers(s);
+        keep_belts(s, &tied);
+        put_belts(s, &before, 0);
+    }
     find_tension(s, t);
     kick_free(s, 4, t->coordinates, half);
+    if (s->implicit) put_belts(s, &tied, 1);
 }
 
 /* coordinates that effects bring with them; the belts turn the bridge by their pull at its ends */

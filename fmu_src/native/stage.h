@@ -32,6 +32,7 @@ typedef struct {
     int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
     int frees_motors; /* some lane moves a rotor by its forces */
     int bent; /* sections may change their stiffness, or be damped */
+    int implicit; /* in some lane rates of idlers between damped belts are found with their speeds */
     double now, step;            /* middle of the running micro-step [s], its length [s] */
     double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
     double time;                 /* [s] of the state below */
@@ -43,6 +44,7 @@ typedef struct {
     lane radius[1], damping_time[1], spacing[1], damping_gain[1], back_emf[1];
     lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
     lane smoothing[COORDINATES]; /* speed scale of Coulomb friction [m/s, rad/s] */
+    lane hooked_tension[1]; /* laws act on tensions or runout of a lane: rates of its idlers are extrapolated */
     lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
     lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
@@ -51,6 +53,7 @@ typedef struct {
     lane round_gain[3][COORDINATES], round_lift[2][COORDINATES]; /* of smooth Coulomb friction */
     /* state */
     lane q[COORDINATES], v[COORDINATES], before[COORDINATES]; /* before: v one micro-step ago */
+    lane friction[COORDINATES]; /* [N m] of the idlers in the last micro-step, where implicit */
     /* working variables of a micro-step */
     lane command[2], command_rate[2], voltage[2], applied[2], torque[2], rotor_damping[2];
     lane travel[PULLEYS], travel_rate[PULLEYS], gain[2], runout[PULLEYS], runout_slope[PULLEYS];

@@ -10,6 +10,7 @@ static int differs(const stage *s, const struct instance *e)
 static void list_active(stage *s)
 {
     memset(s->active_count, 0, sizeof s->active_count);
+    memset(s->hooked_tension, 0, sizeof s->hooked_tension);
     s->has_history = s->changes = 0;
     int last = -1, on = 0; /* the calls of an instance stand together */
     for (int n = 0; n < CALL_COUNT; n++) {
@@ -21,6 +22,8 @@ static void list_active(stage *s)
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;
         s->changes |= c->changes;
+        for (int l = 0; l < LANES && (c->port == PORT_TENSION || c->port == PORT_RUNOUT); l++)
+            if (e->on(s, e->parameter, l)) s->hooked_tension[0][l] = 1;
         for (int i = c->place; e->frees_rotor && i < c->end; i++)
             for (int l = 0; l < LANES; l++)
                 if (e->on(s, e->parameter, l)) s->released[i][l] = 1;
@@ -87,6 +90,7 @@ void stage_derive(stage *s)
     for (int i = 0; i < 2; i++)
         EACH s->frees_motors |= s->released[i][l] > 0;
     s->bent = s->has_belt_damping || hooked(s, PORT_BELT);
+    s->implicit = s->has_belt_damping && s->coordinates > 4;
     if (!hooked(s, PORT_CONTACT)) memset(s->offset, 0, sizeof s->offset);
     memset(s->slope, 0, sizeof s->slope);
     s->belt_hooks = s->has_belt_damping;
@@ -202,6 +206,7 @@ void stage_begin(stage *s, double time, const lane *angles, const lane *rest)
     memset(s->q, 0, sizeof s->q);
     memset(s->v, 0, sizeof s->v);
     memset(s->before, 0, sizeof s->before);
+    memset(s->friction, 0, sizeof s->friction);
     memset(s->memory, 0, sizeof s->memory);
     memset(s->offset, 0, sizeof s->offset);
     memset(s->voltage, 0, sizeof s->voltage);
@@ -273,36 +278,37 @@ static int imposed(const stage *s, int i, int l)
     return (i == 2 || i == 3) && !(s->released[i - 2][l] > 0);
 }
 
-/* Gershgorin's bound of the fastest natural frequency, squared */
-static double fastest_square(const stage *s, int l)
+/* Gershgorin's bound of the fastest natural frequency of the first coordinates, squared */
+static double fastest_square(const stage *s, int l, int count)
 {
     double k[COORDINATES][COORDINATES] = {{0}}, row[COORDINATES], worst = 1.0;
     for (int n = 0; n < s->sections; n++) {
         section_row(s, n, l, row);
-        for (int i = 0; i < s->coordinates; i++)
-            for (int j = 0; row[i] != 0 && j < s->coordinates; j++)
+        for (int i = 0; i < count; i++)
+            for (int j = 0; row[i] != 0 && j < count; j++)
                 k[i][j] += s->stiffest[n][l] * fabs(row[i] * row[j]);
     }
-    for (int i = 0; i < s->coordinates; i++) {
+    for (int i = 0; i < count; i++) {
         double sum = 0;
         if (imposed(s, i, l)) continue;
-        for (int j = 0; j < s->coordinates; j++)
+        for (int j = 0; j < count; j++)
             if (k[i][j] != 0 && !imposed(s, j, l)) sum += k[i][j] / sqrt(s->mass[i][l] * s->mass[j][l]);
         worst = larger(worst, sum);
     }
     return worst;
 }
 
-/* a belt damped by t seconds turns a frequency w into a pole of t w^2; viscous friction is stepped
- * implicitly and may be three times faster than the step resolves */
+/* a belt damped by t seconds turns a frequency w into a pole of t w^2, of the axes and rotors where
+ * idlers are implicit; viscous friction is, too, and may be three times faster than the step resolves */
 static double fastest_pole(const stage *s, int l)
 {
-    const double square = fastest_square(s, l);
+    const double square = fastest_square(s, l, s->coordinates);
     double time = 0.0, pole = 0.0;
     for (int i = 0; i < s->sections; i++) time = larger(time, s->belt_time[i][l]);
     for (int i = 0; i < s->coordinates; i++)
         if (!imposed(s, i, l)) pole = larger(pole, 2.0 * s->half_rate[i][l] * STEP_RESOLUTION / 3.0);
-    pole = larger(pole, time * square);
+    const int implicit = s->implicit && !(s->hooked_tension[0][l] > 0);
+    pole = larger(pole, time * (implicit ? fastest_square(s, l, 4) : square));
     return larger(square, pole * pole);
 }
 

@@ -15,6 +15,7 @@ from corexy_fmi.machine import Machine
 
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 STABLE, HALVINGS = 2.0, 5  # steps beyond the own one of damped belts that are stable; at most
+MILD = 0.5  # share of the most damped set's damping that needs no look
 AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
 
 
@@ -38,10 +39,12 @@ def damped(
     layout: Layout, machine: Machine, vectors: Array, sizes: list[int], limit: float
 ) -> float:
     """Micro-step [s] for these vectors (sets, n), whose belts are damped by the numbers at
-    ``sizes``: ``limit`` halved until the rates that the most damped set extrapolates stay stable.
+    ``sizes``: ``limit`` halved until the rates that the most damped sets extrapolate stay stable.
     """
-    worst = vectors[np.argmax(vectors[:, sizes].sum(axis=1))]
-    need = STABLE * own_step(layout, worst.tobytes(), machine.stage, machine.drive)
+    time = vectors[:, sizes].sum(axis=1)
+    worst = vectors[time > MILD * time.max()] if time.max() > 0 else vectors[:1]
+    steps = [own_step(layout, v.tobytes(), machine.stage, machine.drive) for v in worst]
+    need = STABLE * min(steps)
     return limit / 2.0 ** min(max(np.ceil(np.log2(limit / need)), 0.0), HALVINGS)
 
 

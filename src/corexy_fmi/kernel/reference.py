@@ -31,6 +31,10 @@ class ReferenceStage(ReferenceState):
         """``vector`` holds layout.parameters values."""
         super().__init__(layout, vector, fidelity, dc)
         self.past = Past(history(layout))
+        ports = {law.port for i in self.active for law in i.effect.laws}
+        self.tied = len(self.a["q"]) > 4 and ports.isdisjoint(("tension", "runout"))
+        self.implicit = False
+        self.friction, self.turned = np.zeros((2, len(self.a["q"]) - 4))
 
     def begin(self, time: float, angles: tuple[float, float], rest: Array) -> None:
         """At rest near eq. (1) of the angles, idlers in equilibrium; ``rest`` (4,): `REST`."""
@@ -141,18 +145,48 @@ class ReferenceStage(ReferenceState):
         a = self.a
         self.find_stiffness()
         self._contact()
-        arm = np.concatenate([a["gain"], np.full(len(a["q"]) - 4, self.radius)])
+        arm = np.concatenate([[1, 1], a["gain"], np.full(len(a["q"]) - 4, self.radius)])
         middle = self._middle_velocity()
         middle[2:4] = np.where(self.released, middle[2:4], a["v"][2:4])
-        a["rate"] = self.row @ np.concatenate([middle[:2], arm * middle[2:]])
+        self.implicit = self.tied and bool(a["belt_time"].any())
+        if self.implicit:
+            middle[4:] = self._turn_idlers(arm, middle)
+        a["rate"] = self.row @ (arm * middle)
         a["tension"] = a["stiffness"] * (a["elongation"] + a["belt_time"] * a["rate"])
         self.run_port("tension")
-        a["force"] = -self.row.T @ a["tension"] * np.concatenate([[1, 1], arm])
+        a["force"] = -self.row.T @ a["tension"] * arm
         idlers = np.abs(self.row[:, 4:])
         a["force"][4:] -= (
             0.5 * a["runout_slope"][2 : 2 + idlers.shape[1]] * (idlers.T @ a["tension"])
         )
         a["force"][:2] -= 0.5 * self.slopes.T @ (a["slope"] * a["elongation"] ** 2)
+
+    def _turn_idlers(self, arm: Array, middle: Array) -> Array:
+        """Mean speeds (n - 4,) of the idlers in the coming step: those at its end solve, with the
+        belts' damping, one linear system (`damped_code.py`); ``arm`` and ``middle`` are (n,).
+        """
+        a, known, old = self.a, np.r_[middle[:4], np.zeros(len(middle) - 4)], self.a["v"][4:]
+        rows, dashpots = self.row * arm, a["stiffness"] * a["belt_time"]
+        pull = a["stiffness"] * a["elongation"] + dashpots * (rows @ known)
+        inert = 2 * a["mass"][4:] / self.step
+        tied = np.diag(inert + a["damping0"][4:])
+        tied += rows[:, 4:].T @ (dashpots[:, None] * rows[:, 4:])
+        even = np.linalg.solve(tied, inert * old - rows[:, 4:].T @ pull - self.friction)
+        away = -np.abs(tied) + 2 * np.diag(np.diag(tied))
+        give = 2 * np.linalg.solve(away, np.ones(len(old)))
+        after, smooth = 2 * even - old, self._smoothing()[4:]
+        fast = after + give * self.friction
+        most = np.asarray(give * np.maximum(a["bound0"][4:], 0))
+        taken = _friction(np.abs(fast), most, smooth)
+        self.turned = fast - np.copysign(taken, fast)
+        self.friction = self.friction + (after - self.turned) / give
+        return np.asarray(0.5 * (old + self.turned))
+
+    def _smoothing(self) -> Array:
+        """Speed scale (n,) of Coulomb friction."""
+        rim = self.nominal["pulley_smoothing_ratio"] / self.radius
+        ratio = np.r_[1, 1, np.full(len(self.a["q"]) - 2, rim)]
+        return np.asarray(self.nominal["friction_smoothing"] * ratio)
 
     def _torque(self) -> None:
         a = self.a
@@ -192,9 +226,9 @@ class ReferenceStage(ReferenceState):
         before, b = a["v"].copy(), 0.5 * h * a["damping"] / a["moving"]
         push = h / a["moving"] / (1 + b)
         free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
-        rim = self.nominal["pulley_smoothing_ratio"] / self.radius
-        smooth = self.nominal["friction_smoothing"] * np.r_[1, 1, np.full(len(c) - 2, rim)]
-        a["v"] = free - np.copysign(_friction(np.abs(free), c, smooth), free)
+        a["v"] = free - np.copysign(_friction(np.abs(free), c, self._smoothing()), free)
+        if self.implicit:
+            a["v"][4:] = self.turned
         a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
         a["before"] = before
         a["before"][2:4] = np.where(self.released, before[2:4], a["v"][2:4])

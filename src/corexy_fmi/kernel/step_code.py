@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from corexy_fmi.kernel.damped_code import damped_lines, idlers
 from corexy_fmi.kernel.stage_code import (
     FIRST_IDLER,
     forces,
@@ -100,37 +103,64 @@ def find_rate(stage: Stage) -> str:
 
 def pull_idlers(stage: Stage) -> str:
     """From elongations to tensions and forces; the idlers' whole kick.  No hook runs in between."""
-    name, head = f"{stage.name}_pull_idlers", "(stage *s, const int smooth, const int bent)"
-    inner = function(
-        f"{name}_as{head}", _pull_lines(stage), "    (void)s; (void)smooth; (void)bent;\n"
-    )
+    name = f"{stage.name}_pull_idlers"
+    head = "(stage *s, const int smooth, const int bent)"
+    unused = "    (void)s; (void)smooth; (void)bent;\n"
+    inner = function(f"{name}_as{head}", _pull_lines(stage, _rated), unused)
     choice = (
         f"    if (s->smooth) {name}_as(s, 1, 1);\n    else if (s->bent) {name}_as(s, 0, 1);\n"
         f"    else {name}_as(s, 0, 0);\n"
     )
-    return inner.replace("static void", "INLINE void", 1) + (
+    if idlers(stage):
+        inner += function(f"{name}_tied{head}", _pull_lines(stage, _tied), unused)
+        tied = f"    if (s->implicit && s->smooth) {name}_tied(s, 1, 1);\n"
+        choice = (
+            f"{tied}    else if (s->implicit) {name}_tied(s, 0, 1);\n    else {choice.lstrip()}"
+        )
+    return inner.replace("static void", "INLINE void") + (
         f"static void {name}(stage *s)\n{{\n{choice}}}\n"
     )
 
 
-def _pull_lines(stage: Stage) -> list[str]:
+def _pull_lines(stage: Stage, damped: Callable[[Stage], list[str]]) -> list[str]:
+    """``damped``: from elastic tensions to those with damping, and forces."""
     lines = ["const double half = 0.5 * s->step, r = s->radius[0][l];", "(void)r; (void)half;"]
     for n, section in enumerate(stage.sections):
         elongation = [(1.0, f"s->elongation[{n}][l]"), *_offsets(section)]
         lines += [f"const double e{n} = {signed_sum(elongation)};"]
         lines += [f"double tension{n} = s->stiffness[{n}][l] * e{n};"]
-        damped = f"s->stiffness[{n}][l] * s->belt_time[{n}][l] * s->rate[{n}][l]"
-        lines += [f"if (bent) tension{n} += {damped};", f"s->tension[{n}][l] = tension{n};"]
-    for i, force in enumerate(forces(stage, "tension{}", ("s->gain[{}][l]", "r"))):
-        lines += [f"double f{i} = {force};"]
+    lines += damped(stage)
     for n, section in enumerate(stage.sections):
         for axis, slope in enumerate(section.length_slope):
             if slope:
                 sign = "-" if slope > 0 else "+"
                 lines += [f"if (bent) f{axis} {sign}= 0.5 * s->slope[{n}][l] * e{n} * e{n};"]
-    for i in range(len(stage.coordinates)):
-        lines += _kicked_idler(i) if i >= FIRST_IDLER else [f"s->force[{i}][l] = f{i};"]
+    first = range(min(FIRST_IDLER, len(stage.coordinates)))
+    return [*lines, *(f"s->force[{i}][l] = f{i};" for i in first)]
+
+
+def _rated(stage: Stage) -> list[str]:
+    """Damping by the rates that are known, then the idlers one by one."""
+    lines = []
+    for n in range(len(stage.sections)):
+        damped = f"s->stiffness[{n}][l] * s->belt_time[{n}][l] * s->rate[{n}][l]"
+        lines += [f"if (bent) tension{n} += {damped};", f"s->tension[{n}][l] = tension{n};"]
+    for i, force in enumerate(_forces(stage)):
+        lines += [f"double f{i} = {force};", *(_kicked_idler(i) if i >= FIRST_IDLER else [])]
     return lines
+
+
+def _tied(stage: Stage) -> list[str]:
+    """Idlers together with the damping between them."""
+    lines = damped_lines(stage)
+    lines += [f"s->tension[{n}][l] = tension{n};" for n in range(len(stage.sections))]
+    return lines + [
+        f"double f{i} = {force};" for i, force in enumerate(_forces(stage)[:FIRST_IDLER])
+    ]
+
+
+def _forces(stage: Stage) -> list[str]:
+    return forces(stage, "tension{}", ("s->gain[{}][l]", "r"))
 
 
 def _offsets(section: Section) -> list[tuple[float, str]]:

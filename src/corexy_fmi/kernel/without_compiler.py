@@ -103,9 +103,11 @@ def slow_step_limit(layout: Layout, vector: Array, fidelity: str, dc: bool) -> f
     free = np.array([True, True, *stage.released, *[True] * (len(stage.a["q"]) - 4)])
     mass, rate = stage.a["mass"][free], (stage.a["damping0"] / stage.a["mass"])
     rows = np.abs(stage.stage.rows(stage.radius))[:, free]
-    bound = (rows.T @ (stiffness[:, None] * rows) / np.sqrt(np.outer(mass, mass))).sum(axis=1)
-    square = max(float(bound.max(initial=1.0)), 1.0)
-    pole = max(float(rate[free].max()) * STEP_RESOLUTION / 3.0, belt_time * square)
+    spring = rows.T @ (stiffness[:, None] * rows) / np.sqrt(np.outer(mass, mass))
+    square = max(float(spring.sum(axis=1).max(initial=1.0)), 1.0)
+    held = free[:4].sum() if stage.tied else len(spring)
+    damped = max(float(spring[:held, :held].sum(axis=1).max(initial=1.0)), 1.0)
+    pole = max(float(rate[free].max()) * STEP_RESOLUTION / 3.0, belt_time * damped)
     square = max(square, pole * pole, _effects_square(layout, vector, stage))
     calm = min([STEP_CALM, *rate[4:]]) if len(rate) > 4 else 0.0
     longest = STEP_LONGEST * (1.0 + 2.0 * calm / STEP_CALM)

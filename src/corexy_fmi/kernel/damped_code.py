@@ -1,0 +1,143 @@
+"""Idlers between damped belts as C: their rates are found implicitly.
+
+A light idler on a belt damped by milliseconds settles within microseconds; extrapolated rates would
+ask for steps as short.  With A = 2 J / h + d + C of the idlers, C the belts' dashpots between them:
+
+    A w = 2 J v / h + Q - f                 speeds in the middle of the step, friction f as it was
+    v' = 2 w - v - m (f' - f),  m = 2 |A|^-1 1,  f' within its bound, or 0 = v'
+
+Where friction slides on this is the trapezoidal rule; a change of friction is met as if all that is
+tied together would follow, so that it settles without overshoot in a few steps, and what sticks
+sticks exactly.  Idlers are tied in chains: A is eliminated in order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+from corexy_fmi.kernel.stage_code import FIRST_IDLER, forces, signed_sum
+from corexy_fmi.topology import Section, Stage
+
+
+def idlers(stage: Stage) -> range:
+    """Places in q."""
+    return range(FIRST_IDLER, len(stage.coordinates))
+
+
+def damped_lines(stage: Stage) -> list[str]:
+    """From elastic tensions ``tension0`` .. to those with damping, and the idlers' kick."""
+    return [
+        *_dashpots(stage),
+        *_known_rates(stage),
+        *_equations(stage),
+        *_solved(stage),
+        *(line for i in idlers(stage) for line in _kicked(i)),
+        *_all_rates(stage),
+    ]
+
+
+def _dashpots(stage: Stage) -> list[str]:
+    names = [f"c{n}" for n in range(len(stage.sections))]
+    lines = [
+        f"const double {c} = s->stiffness[{n}][l] * s->belt_time[{n}][l];"
+        for n, c in enumerate(names)
+    ]
+    free = "!(s->hooked_tension[0][l] > 0)"
+    return [*lines, f"const int damps = {' + '.join(names)} > 0 && {free};"]
+
+
+def _known_rates(stage: Stage) -> list[str]:
+    """What all but the idlers add to the rates of elongation in the middle of the step."""
+    lines = [f"const double w{i} = middle_velocity(s, {i}, l); (void)w{i};" for i in (0, 1)]
+    for m, i in ((0, 2), (1, 3)):
+        free = f"pick(s->released[{m}][l] > 0, middle_velocity(s, {i}, l), s->v[{i}][l])"
+        lines += [f"const double w{i} = s->gain[{m}][l] * ({free}); (void)w{i};"]
+    return lines + _rates(
+        stage, {c: f"w{i}" for i, c in enumerate(stage.coordinates[:FIRST_IDLER])}
+    )
+
+
+def _all_rates(stage: Stage) -> list[str]:
+    """What the idlers add, with their speeds at both ends of the step."""
+    names = {stage.coordinates[i]: f"0.5 * r * (old{i} + v{i})" for i in idlers(stage)}
+    return _rates(stage, names)
+
+
+def _rates(stage: Stage, names: dict[str, str]) -> list[str]:
+    lines = []
+    for n, section in enumerate(stage.sections):
+        terms = [(w, names[c]) for c, w in section.row.items() if c in names]
+        if terms:
+            lines += [f"tension{n} += c{n} * ({signed_sum(terms)});"]
+    return lines
+
+
+def _equations(stage: Stage) -> list[str]:
+    """Diagonal and right-hand sides, of the speeds and of what follows a change of friction."""
+    lines, found = [], forces(stage, "tension{}", ("s->gain[{}][l]", "r"))
+    for i in idlers(stage):
+        touching = [f"c{n}" for n, s in enumerate(stage.sections) if stage.coordinates[i] in s.row]
+        lines += [
+            f"const double old{i} = s->v[{i}][l], f{i} = {found[i]};",
+            f"const double inert{i} = 2.0 * s->mass[{i}][l] / s->step;",
+            f"double a{i} = inert{i} + s->damping0[{i}][l] + r * r * ({' + '.join(touching)});",
+            f"double b{i} = inert{i} * old{i} + f{i} - s->friction[{i}][l], o{i} = 1.0;",
+        ]
+    return lines
+
+
+def _ties(stage: Stage) -> dict[tuple[int, int], str]:
+    """Elements of A beside its diagonal."""
+    return {
+        (i, j): f"r * r * ({signed_sum(both)})"
+        for i, j in combinations(idlers(stage), 2)
+        if (both := _shared(stage.sections, stage.coordinates[i], stage.coordinates[j]))
+    }
+
+
+def _shared(sections: Sequence[Section], one: str, two: str) -> list[tuple[float, str]]:
+    return [
+        (s.row[one] * s.row[two], f"c{n}")
+        for n, s in enumerate(sections)
+        if {one, two} <= set(s.row)
+    ]
+
+
+def _solved(stage: Stage) -> list[str]:
+    """Elimination in order, then the speeds ``w`` and the mobilities ``m``, last ones first."""
+    ties, lines = _ties(stage), []
+    lines += [f"double g{i}_{j} = {value};" for (i, j), value in ties.items()]
+    behind = {i: [j for j in idlers(stage) if (i, j) in ties] for i in idlers(stage)}
+    for i, others in behind.items():
+        for j in others:
+            part = f"part{i}_{j}"
+            lines += [
+                f"const double {part} = g{i}_{j} / a{i};",
+                f"a{j} -= {part} * g{i}_{j}, b{j} -= {part} * b{i}, o{j} += fabs({part}) * o{i};",
+            ]
+        if len(others) > 1:
+            raise ValueError(f"{stage.name}: idlers {others} hang on {i}, out of a chain's order")
+    for i in reversed(idlers(stage)):
+        known = "".join(f" - g{i}_{j} * w{j}" for j in behind[i])
+        follow = "".join(f" + fabs(g{i}_{j}) * m{j}" for j in behind[i])
+        lines += [f"const double w{i} = (b{i}{known}) / a{i}, m{i} = (o{i}{follow}) / a{i};"]
+    return lines
+
+
+def _kicked(i: int) -> list[str]:
+    """The kick of an idler; as ever where no belt of a lane is damped."""
+    return [
+        f"const double next{i} = 2.0 * w{i} - old{i}, give{i} = 2.0 * m{i};",
+        f"const double most{i} = give{i} * s->bound0[{i}][l];",
+        f"const double fast{i} = next{i} + give{i} * s->friction[{i}][l];",
+        f"const double held{i} = smooth ? slide(fast{i}, most{i}, rounded(most{i}, "
+        f"s->smoothing[{i}][l])) : stop(fast{i}, most{i});",
+        f"const double plain{i} = kicked_free(s, {i}, l, old{i}, f{i}, smooth);",
+        f"const double v{i} = pick(damps, held{i}, plain{i});",
+        f"const double turned{i} = s->friction[{i}][l] + (next{i} - held{i}) / give{i};",
+        f"s->friction[{i}][l] = pick(damps, turned{i}, 0.0);",
+        f"s->before[{i}][l] = old{i};",
+        f"s->v[{i}][l] = v{i};",
+        f"s->q[{i}][l] = drifted(s->q[{i}][l], v{i}, half);",
+    ]
