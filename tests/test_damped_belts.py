@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from kernel_helpers import drive, lively, polyline, run, vector
+from kernel_helpers import assert_same, drive, lively, polyline, run, start_values, vector
 
+from corexy_fmi.effects import catalogue
 from corexy_fmi.kernel.call import step_limit
 from corexy_fmi.kernel.layout import bundled_layout
 
@@ -21,6 +22,26 @@ def test_the_automatic_step_keeps_the_motion(machine, time, smoothing):
     given = drive(*lively(60), radius=values[0])
     limit = step_limit(bundled_layout(), values)
     assert limit >= 0.4 * step_limit(bundled_layout(), vector(machine))
+    rough, fine = (run(given, values, limit=h)[:2] for h in (limit, limit / 32))
+    assert np.abs(rough - fine).max() < CLOSE
+
+
+LAWFUL = [
+    (e.name, next(iter(e.locations)))
+    for e in catalogue().values()
+    if {law.port for law in e.laws} & {"tension", "runout"}
+]
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 1e-3])
+@pytest.mark.parametrize("use", LAWFUL, ids="-".join)
+def test_laws_on_tensions_keep_it_too(use, smoothing):
+    """And the plain Python agrees."""
+    effects = [(*use, start_values(catalogue()[use[0]], 1))]
+    values = vector(effects=effects, belt_damping_time=3e-3, friction_smoothing=smoothing)
+    given = drive(*lively(60), radius=values[0])
+    assert_same(bundled_layout(), given, values)
+    limit = step_limit(bundled_layout(), values)
     rough, fine = (run(given, values, limit=h)[:2] for h in (limit, limit / 32))
     assert np.abs(rough - fine).max() < CLOSE
 

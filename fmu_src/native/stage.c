@@ -125,7 +125,7 @@ static void put_belts(stage *s, const belt_state *b, int free_only)
 {
     for (int i = 0; i < s->coordinates; i++)
         EACH {
-            const int own = free_only && s->hooked_tension[0][l] > 0;
+            const int own = free_only && s->lawful_belts[0][l] > 0;
             s->q[i][l] = pick(own, s->q[i][l], b->q[i][l]);
             s->v[i][l] = pick(own, s->v[i][l], b->v[i][l]);
             s->before[i][l] = pick(own, s->before[i][l], b->before[i][l]);
@@ -134,7 +134,7 @@ static void put_belts(stage *s, const belt_state *b, int free_only)
         }
     for (int i = 0; i < s->sections; i++)
         EACH {
-            const int own = free_only && s->hooked_tension[0][l] > 0;
+            const int own = free_only && s->lawful_belts[0][l] > 0;
             s->tension[i][l] = pick(own, s->tension[i][l], b->tension[i][l]);
         }
 }
@@ -154,16 +154,20 @@ INLINE void find_forces(stage *s, table *t)
         t->pull_idlers(s);
         return;
     }
-    belt_state before, tied;
-    if (s->implicit) {
-        keep_belts(s, &before);
-        t->pull_idlers(s);
-        keep_belts(s, &tied);
-        put_belts(s, &before, 0);
+    if (!s->implicit) {
+        find_tension(s, t);
+        kick_free(s, 4, t->coordinates, half);
+        return;
     }
+    belt_state before, tied;
+    keep_belts(s, &before);
+    t->pull_idlers(s);
+    keep_belts(s, &tied);
+    put_belts(s, &before, 0);
+    t->tie(s);
     find_tension(s, t);
-    kick_free(s, 4, t->coordinates, half);
-    if (s->implicit) put_belts(s, &tied, 1);
+    t->kick_tied(s);
+    put_belts(s, &tied, 1);
 }
 
 /* coordinates that effects bring with them; the belts turn the bridge by their pull at its ends */

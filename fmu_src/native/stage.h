@@ -44,7 +44,7 @@ typedef struct {
     lane radius[1], damping_time[1], spacing[1], damping_gain[1], back_emf[1];
     lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
     lane smoothing[COORDINATES]; /* speed scale of Coulomb friction [m/s, rad/s] */
-    lane hooked_tension[1]; /* laws act on tensions or runout of a lane: rates of its idlers are extrapolated */
+    lane lawful_belts[1]; /* laws of a lane act on runout (1) or on tensions (2) */
     lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
     lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
@@ -53,9 +53,10 @@ typedef struct {
     lane round_gain[3][COORDINATES], round_lift[2][COORDINATES]; /* of smooth Coulomb friction */
     /* state */
     lane q[COORDINATES], v[COORDINATES], before[COORDINATES]; /* before: v one micro-step ago */
-    lane friction[COORDINATES]; /* [N m] of the idlers in the last micro-step, where implicit */
+    lane friction[COORDINATES], lawful[COORDINATES]; /* [N m] on idlers in the last micro-step, where implicit: their friction, what laws on tensions and runout added */
     /* working variables of a micro-step */
     lane command[2], command_rate[2], voltage[2], applied[2], torque[2], rotor_damping[2];
+    lane even[COORDINATES], lawless[COORDINATES]; /* idlers in the middle of the step without new laws, and their belts' torque */
     lane travel[PULLEYS], travel_rate[PULLEYS], gain[2], runout[PULLEYS], runout_slope[PULLEYS];
     lane elongation[SECTIONS], rate[SECTIONS], tension[SECTIONS];
     lane stiffness[SECTIONS], slope[SECTIONS], belt_time[SECTIONS], length[SECTIONS];

@@ -10,7 +10,7 @@ static int differs(const stage *s, const struct instance *e)
 static void list_active(stage *s)
 {
     memset(s->active_count, 0, sizeof s->active_count);
-    memset(s->hooked_tension, 0, sizeof s->hooked_tension);
+    memset(s->lawful_belts, 0, sizeof s->lawful_belts);
     s->has_history = s->changes = 0;
     int last = -1, on = 0; /* the calls of an instance stand together */
     for (int n = 0; n < CALL_COUNT; n++) {
@@ -23,7 +23,8 @@ static void list_active(stage *s)
         s->has_history |= e->history;
         s->changes |= c->changes;
         for (int l = 0; l < LANES && (c->port == PORT_TENSION || c->port == PORT_RUNOUT); l++)
-            if (e->on(s, e->parameter, l)) s->hooked_tension[0][l] = 1;
+            if (e->on(s, e->parameter, l))
+                s->lawful_belts[0][l] = larger(s->lawful_belts[0][l], c->port == PORT_TENSION ? 2 : 1);
         for (int i = c->place; e->frees_rotor && i < c->end; i++)
             for (int l = 0; l < LANES; l++)
                 if (e->on(s, e->parameter, l)) s->released[i][l] = 1;
@@ -207,6 +208,7 @@ void stage_begin(stage *s, double time, const lane *angles, const lane *rest)
     memset(s->v, 0, sizeof s->v);
     memset(s->before, 0, sizeof s->before);
     memset(s->friction, 0, sizeof s->friction);
+    memset(s->lawful, 0, sizeof s->lawful);
     memset(s->memory, 0, sizeof s->memory);
     memset(s->offset, 0, sizeof s->offset);
     memset(s->voltage, 0, sizeof s->voltage);
@@ -298,8 +300,9 @@ static double fastest_square(const stage *s, int l, int count)
     return worst;
 }
 
-/* a belt damped by t seconds turns a frequency w into a pole of t w^2, of the axes and rotors where
- * idlers are implicit; viscous friction is, too, and may be three times faster than the step resolves */
+/* a belt damped by t seconds turns a frequency w into a pole of t w^2: of axes and rotors, for idlers are
+ * implicit; of all where a law bends the tensions; viscous friction is implicit, too, and may be three
+ * times faster than the step resolves */
 static double fastest_pole(const stage *s, int l)
 {
     const double square = fastest_square(s, l, s->coordinates);
@@ -307,8 +310,8 @@ static double fastest_pole(const stage *s, int l)
     for (int i = 0; i < s->sections; i++) time = larger(time, s->belt_time[i][l]);
     for (int i = 0; i < s->coordinates; i++)
         if (!imposed(s, i, l)) pole = larger(pole, 2.0 * s->half_rate[i][l] * STEP_RESOLUTION / 3.0);
-    const int implicit = s->implicit && !(s->hooked_tension[0][l] > 0);
-    pole = larger(pole, time * (implicit ? fastest_square(s, l, 4) : square));
+    const int smooth = s->implicit && s->lawful_belts[0][l] < 2;
+    pole = larger(pole, time * (smooth ? fastest_square(s, l, 4) : square));
     return larger(square, pole * pole);
 }
 

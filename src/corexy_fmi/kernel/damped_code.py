@@ -9,6 +9,10 @@ ask for steps as short.  With A = 2 J / h + d + C of the idlers, C the belts' da
 Where friction slides on this is the trapezoidal rule; a change of friction is met as if all that is
 tied together would follow, so that it settles without overshoot in a few steps, and what sticks
 sticks exactly.  Idlers are tied in chains: A is eliminated in order.
+
+Where pulleys do not run true, what that adds to Q is taken from the last step first (`tie`), and
+what it adds now is met behind it (`kick_tied`).  Where a law bends the tensions rates stay
+extrapolated: what goes slack is no dashpot, and as if it were, the motion was off by 45 um.
 """
 
 from __future__ import annotations
@@ -16,7 +20,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-from corexy_fmi.kernel.stage_code import FIRST_IDLER, forces, signed_sum
+from corexy_fmi.kernel.stage_code import (
+    FIRST_IDLER,
+    forces,
+    function,
+    of_stage,
+    offsets,
+    signed_sum,
+)
 from corexy_fmi.topology import Section, Stage
 
 
@@ -31,10 +42,57 @@ def damped_lines(stage: Stage) -> list[str]:
         *_dashpots(stage),
         *_known_rates(stage),
         *_equations(stage),
+        *_forced(stage, "f{i} - s->friction[{i}][l]"),
         *_solved(stage),
         *(line for i in idlers(stage) for line in _kicked(i)),
-        *_all_rates(stage),
+        *_rates(stage, {i: f"0.5 * r * (old{i} + v{i})" for i in idlers(stage)}),
     ]
+
+
+def tie(stage: Stage) -> str:
+    """Rates of elongation in the middle of the step, before laws act on the tensions; the idlers'
+    speeds there, and the forces without such laws.
+    """
+    lines = ["const double r = s->radius[0][l];", "(void)r;"]
+    for n, section in enumerate(stage.sections):
+        elongation = [(1.0, f"s->elongation[{n}][l]"), *offsets(section)]
+        lines += [f"double tension{n} = s->stiffness[{n}][l] * ({signed_sum(elongation)});"]
+    lines += [*_dashpots(stage), *_known_rates(stage), *_equations(stage)]
+    lines += _forced(stage, "f{i} + s->lawful[{i}][l] - s->friction[{i}][l]") + _solved(stage)
+    speeds = {
+        i: f"r * w{i}" if i >= FIRST_IDLER else f"w{i}" for i in range(len(stage.coordinates))
+    }
+    for n, section in enumerate(stage.sections):
+        terms = [
+            (w, speeds[i]) for i, c in enumerate(stage.coordinates) if (w := section.row.get(c))
+        ]
+        lines += [f"s->rate[{n}][l] = pick(damps, {signed_sum(terms)}, s->rate[{n}][l]);"]
+    lines += _rates(stage, {i: speeds[i] for i in idlers(stage)})
+    found = forces(stage, "tension{}", ("s->gain[{}][l]", "r"))
+    for i in idlers(stage):
+        lines += [f"s->even[{i}][l] = w{i};", f"s->lawless[{i}][l] = {found[i]};"]
+    return of_stage(stage, "tie", lines if idlers(stage) else [])
+
+
+def kick_tied(stage: Stage) -> str:
+    """The idlers' kick behind the laws."""
+    lines = ["const double half = 0.5 * s->step, r = s->radius[0][l];", "(void)r; (void)half;"]
+    lines += [*_dashpots(stage), *_equations(stage, known=False)]
+    for i in idlers(stage):
+        lines += [
+            f"const double lawful{i} = s->force[{i}][l] - s->lawless[{i}][l];",
+            f"const double f{i} = s->force[{i}][l];",
+        ]
+    lines += _forced(stage, "lawful{i} - s->lawful[{i}][l]", moving=False) + _solved(stage, "more")
+    for i in idlers(stage):
+        lines += [f"const double w{i} = s->even[{i}][l] + more{i};", *_kicked(i)]
+        lines += [f"s->lawful[{i}][l] = pick(damps, lawful{i}, 0.0);"]
+    name, own = f"{stage.name}_kick_tied", lines if idlers(stage) else []
+    inner = function(f"{name}_as(stage *s, const int smooth)", own, "    (void)s; (void)smooth;\n")
+    return inner.replace("static void", "INLINE void") + (
+        f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1);\n"
+        f"    else {name}_as(s, 0);\n}}\n"
+    )
 
 
 def _dashpots(stage: Stage) -> list[str]:
@@ -43,8 +101,8 @@ def _dashpots(stage: Stage) -> list[str]:
         f"const double {c} = s->stiffness[{n}][l] * s->belt_time[{n}][l];"
         for n, c in enumerate(names)
     ]
-    free = "!(s->hooked_tension[0][l] > 0)"
-    return [*lines, f"const int damps = {' + '.join(names)} > 0 && {free};"]
+    free = "s->lawful_belts[0][l] < 2"
+    return [*lines, f"const int damps = {' + '.join(names)} > 0 && {free}; (void)damps;"]
 
 
 def _known_rates(stage: Stage) -> list[str]:
@@ -53,19 +111,12 @@ def _known_rates(stage: Stage) -> list[str]:
     for m, i in ((0, 2), (1, 3)):
         free = f"pick(s->released[{m}][l] > 0, middle_velocity(s, {i}, l), s->v[{i}][l])"
         lines += [f"const double w{i} = s->gain[{m}][l] * ({free}); (void)w{i};"]
-    return lines + _rates(
-        stage, {c: f"w{i}" for i, c in enumerate(stage.coordinates[:FIRST_IDLER])}
-    )
+    return lines + _rates(stage, {i: f"w{i}" for i in range(FIRST_IDLER)})
 
 
-def _all_rates(stage: Stage) -> list[str]:
-    """What the idlers add, with their speeds at both ends of the step."""
-    names = {stage.coordinates[i]: f"0.5 * r * (old{i} + v{i})" for i in idlers(stage)}
-    return _rates(stage, names)
-
-
-def _rates(stage: Stage, names: dict[str, str]) -> list[str]:
-    lines = []
+def _rates(stage: Stage, speeds: dict[int, str]) -> list[str]:
+    """Damping by the speeds of some coordinates."""
+    names, lines = {stage.coordinates[i]: speed for i, speed in speeds.items()}, []
     for n, section in enumerate(stage.sections):
         terms = [(w, names[c]) for c, w in section.row.items() if c in names]
         if terms:
@@ -73,18 +124,26 @@ def _rates(stage: Stage, names: dict[str, str]) -> list[str]:
     return lines
 
 
-def _equations(stage: Stage) -> list[str]:
-    """Diagonal and right-hand sides, of the speeds and of what follows a change of friction."""
+def _equations(stage: Stage, known: bool = True) -> list[str]:
+    """The diagonal; ``known``: and the forces at the speeds that are known."""
     lines, found = [], forces(stage, "tension{}", ("s->gain[{}][l]", "r"))
     for i in idlers(stage):
         touching = [f"c{n}" for n, s in enumerate(stage.sections) if stage.coordinates[i] in s.row]
         lines += [
-            f"const double old{i} = s->v[{i}][l], f{i} = {found[i]};",
+            f"const double old{i} = s->v[{i}][l];",
             f"const double inert{i} = 2.0 * s->mass[{i}][l] / s->step;",
             f"double a{i} = inert{i} + s->damping0[{i}][l] + r * r * ({' + '.join(touching)});",
-            f"double b{i} = inert{i} * old{i} + f{i} - s->friction[{i}][l], o{i} = 1.0;",
         ]
+        lines += [f"const double f{i} = {found[i]};"] if known else []
     return lines
+
+
+def _forced(stage: Stage, force: str, moving: bool = True) -> list[str]:
+    """Right-hand sides, of the speeds and of what follows a change of friction."""
+    inert = "inert{i} * old{i} + " if moving else ""
+    return [
+        f"double b{i} = {inert.format(i=i)}{force.format(i=i)}, o{i} = 1.0;" for i in idlers(stage)
+    ]
 
 
 def _ties(stage: Stage) -> dict[tuple[int, int], str]:
@@ -104,8 +163,8 @@ def _shared(sections: Sequence[Section], one: str, two: str) -> list[tuple[float
     ]
 
 
-def _solved(stage: Stage) -> list[str]:
-    """Elimination in order, then the speeds ``w`` and the mobilities ``m``, last ones first."""
+def _solved(stage: Stage, name: str = "w") -> list[str]:
+    """Elimination in order, then the speeds and the mobilities ``m``, last ones first."""
     ties, lines = _ties(stage), []
     lines += [f"double g{i}_{j} = {value};" for (i, j), value in ties.items()]
     behind = {i: [j for j in idlers(stage) if (i, j) in ties] for i in idlers(stage)}
@@ -119,9 +178,9 @@ def _solved(stage: Stage) -> list[str]:
         if len(others) > 1:
             raise ValueError(f"{stage.name}: idlers {others} hang on {i}, out of a chain's order")
     for i in reversed(idlers(stage)):
-        known = "".join(f" - g{i}_{j} * w{j}" for j in behind[i])
+        known = "".join(f" - g{i}_{j} * {name}{j}" for j in behind[i])
         follow = "".join(f" + fabs(g{i}_{j}) * m{j}" for j in behind[i])
-        lines += [f"const double w{i} = (b{i}{known}) / a{i}, m{i} = (o{i}{follow}) / a{i};"]
+        lines += [f"const double {name}{i} = (b{i}{known}) / a{i}, m{i} = (o{i}{follow}) / a{i};"]
     return lines
 
 

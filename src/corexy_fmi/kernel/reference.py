@@ -31,10 +31,9 @@ class ReferenceStage(ReferenceState):
         """``vector`` holds layout.parameters values."""
         super().__init__(layout, vector, fidelity, dc)
         self.past = Past(history(layout))
-        ports = {law.port for i in self.active for law in i.effect.laws}
-        self.tied = len(self.a["q"]) > 4 and ports.isdisjoint(("tension", "runout"))
+        self.hooked, self.bent = self.runs("runout"), self.runs("tension")
         self.implicit = False
-        self.friction, self.turned = np.zeros((2, len(self.a["q"]) - 4))
+        self.friction, self.lawful, self.turned = np.zeros((3, len(self.a["q"]) - 4))
 
     def begin(self, time: float, angles: tuple[float, float], rest: Array) -> None:
         """At rest near eq. (1) of the angles, idlers in equilibrium; ``rest`` (4,): `REST`."""
@@ -148,39 +147,60 @@ class ReferenceStage(ReferenceState):
         arm = np.concatenate([[1, 1], a["gain"], np.full(len(a["q"]) - 4, self.radius)])
         middle = self._middle_velocity()
         middle[2:4] = np.where(self.released, middle[2:4], a["v"][2:4])
-        self.implicit = self.tied and bool(a["belt_time"].any())
+        self.implicit = len(middle) > 4 and not self.bent and bool(a["belt_time"].any())
         if self.implicit:
             middle[4:] = self._turn_idlers(arm, middle)
         a["rate"] = self.row @ (arm * middle)
         a["tension"] = a["stiffness"] * (a["elongation"] + a["belt_time"] * a["rate"])
+        lawless = -(self.row.T @ a["tension"] * arm)[4:]
         self.run_port("tension")
         a["force"] = -self.row.T @ a["tension"] * arm
         idlers = np.abs(self.row[:, 4:])
         a["force"][4:] -= (
             0.5 * a["runout_slope"][2 : 2 + idlers.shape[1]] * (idlers.T @ a["tension"])
         )
+        if self.implicit and self.hooked:
+            self._turn_lawfully(arm, middle, a["force"][4:] - lawless)
         a["force"][:2] -= 0.5 * self.slopes.T @ (a["slope"] * a["elongation"] ** 2)
 
     def _turn_idlers(self, arm: Array, middle: Array) -> Array:
-        """Mean speeds (n - 4,) of the idlers in the coming step: those at its end solve, with the
-        belts' damping, one linear system (`damped_code.py`); ``arm`` and ``middle`` are (n,).
+        """Speeds (n - 4,) of the idlers in the middle of the coming step: with the belts' damping
+        they solve one linear system (`damped_code.py`); ``arm`` and ``middle`` are (n,).
         """
         a, known, old = self.a, np.r_[middle[:4], np.zeros(len(middle) - 4)], self.a["v"][4:]
         rows, dashpots = self.row * arm, a["stiffness"] * a["belt_time"]
         pull = a["stiffness"] * a["elongation"] + dashpots * (rows @ known)
+        tied, inert = self._tied(arm)
+        push = inert * old - rows[:, 4:].T @ pull + self.lawful - self.friction
+        even = np.linalg.solve(tied, push)
+        if self.hooked:
+            return np.asarray(even)
+        self._slide(tied, even)
+        return np.asarray(0.5 * (old + self.turned))
+
+    def _turn_lawfully(self, arm: Array, middle: Array, lawful: Array) -> None:
+        """Behind laws on the tensions, which now add so much torque (n - 4,) to the idlers."""
+        tied, _ = self._tied(arm)
+        self._slide(tied, middle[4:] + np.linalg.solve(tied, lawful - self.lawful))
+        self.lawful = lawful
+
+    def _tied(self, arm: Array) -> tuple[Array, Array]:
+        """What a mean speed of the idlers costs in torque, by the belts and by inertia alone."""
+        a, rows = self.a, (self.row * arm)[:, 4:]
         inert = 2 * a["mass"][4:] / self.step
-        tied = np.diag(inert + a["damping0"][4:])
-        tied += rows[:, 4:].T @ (dashpots[:, None] * rows[:, 4:])
-        even = np.linalg.solve(tied, inert * old - rows[:, 4:].T @ pull - self.friction)
-        away = -np.abs(tied) + 2 * np.diag(np.diag(tied))
-        give = 2 * np.linalg.solve(away, np.ones(len(old)))
-        after, smooth = 2 * even - old, self._smoothing()[4:]
+        dashpots = a["stiffness"] * a["belt_time"]
+        return np.diag(inert + a["damping0"][4:]) + rows.T @ (dashpots[:, None] * rows), inert
+
+    def _slide(self, tied: Array, even: Array) -> None:
+        """Speeds at the end of the step, and the friction of its mean speeds ``even``."""
+        after, smooth = 2 * even - self.a["v"][4:], self._smoothing()[4:]
+        away = 2 * np.diag(np.diag(tied)) - np.abs(tied)
+        give = 2 * np.linalg.solve(away, np.ones(len(even)))
         fast = after + give * self.friction
-        most = np.asarray(give * np.maximum(a["bound0"][4:], 0))
+        most = np.asarray(give * np.maximum(self.a["bound0"][4:], 0))
         taken = _friction(np.abs(fast), most, smooth)
         self.turned = fast - np.copysign(taken, fast)
         self.friction = self.friction + (after - self.turned) / give
-        return np.asarray(0.5 * (old + self.turned))
 
     def _smoothing(self) -> Array:
         """Speed scale (n,) of Coulomb friction."""

@@ -102,6 +102,16 @@ class ReferenceState:
         known = knows(self.stage.name, effect, instance.location)
         return on and drive in effect.drives and known
 
+    def runs(self, port: str) -> bool:
+        """Whether any active law acts at a port."""
+        return any(
+            law.applies(i.location, place)
+            for i in self.active
+            for law in i.effect.laws
+            if law.port == port and ("dc" if self.dc else "stepper") in law.drives
+            for place in i.places
+        )
+
     def run_port(self, port: str) -> None:
         """Every active law of a port, at its places."""
         for instance in self.active:

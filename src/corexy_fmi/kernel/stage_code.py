@@ -50,3 +50,9 @@ def section_sum(stage: Stage, section: Section) -> str:
     index = {c: i for i, c in enumerate(stage.coordinates)}
     name = {c: f"q{i}" if i < 2 else f"u{i}" for c, i in index.items()}
     return signed_sum([(w, name[c]) for c, w in section.row.items()])
+
+
+def offsets(section: Section) -> list[tuple[float, str]]:
+    """What play at the motors adds to the elongation."""
+    motors = [c for c in ("phi1", "phi2") if c in section.row]
+    return [(section.row[c], f"s->offset[{int(c[3:]) - 1}][l]") for c in motors]

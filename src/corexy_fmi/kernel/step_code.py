@@ -10,10 +10,11 @@ from corexy_fmi.kernel.stage_code import (
     forces,
     function,
     of_stage,
+    offsets,
     section_sum,
     signed_sum,
 )
-from corexy_fmi.topology import Section, Stage
+from corexy_fmi.topology import Stage
 
 
 def find_forces(stage: Stage) -> str:
@@ -126,7 +127,7 @@ def _pull_lines(stage: Stage, damped: Callable[[Stage], list[str]]) -> list[str]
     """``damped``: from elastic tensions to those with damping, and forces."""
     lines = ["const double half = 0.5 * s->step, r = s->radius[0][l];", "(void)r; (void)half;"]
     for n, section in enumerate(stage.sections):
-        elongation = [(1.0, f"s->elongation[{n}][l]"), *_offsets(section)]
+        elongation = [(1.0, f"s->elongation[{n}][l]"), *offsets(section)]
         lines += [f"const double e{n} = {signed_sum(elongation)};"]
         lines += [f"double tension{n} = s->stiffness[{n}][l] * e{n};"]
     lines += damped(stage)
@@ -161,12 +162,6 @@ def _tied(stage: Stage) -> list[str]:
 
 def _forces(stage: Stage) -> list[str]:
     return forces(stage, "tension{}", ("s->gain[{}][l]", "r"))
-
-
-def _offsets(section: Section) -> list[tuple[float, str]]:
-    """What play at the motors adds to the elongation."""
-    motors = [c for c in ("phi1", "phi2") if c in section.row]
-    return [(section.row[c], f"s->offset[{int(c[3:]) - 1}][l]") for c in motors]
 
 
 def _kicked_idler(i: int) -> list[str]:

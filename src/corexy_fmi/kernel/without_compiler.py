@@ -105,7 +105,7 @@ def slow_step_limit(layout: Layout, vector: Array, fidelity: str, dc: bool) -> f
     rows = np.abs(stage.stage.rows(stage.radius))[:, free]
     spring = rows.T @ (stiffness[:, None] * rows) / np.sqrt(np.outer(mass, mass))
     square = max(float(spring.sum(axis=1).max(initial=1.0)), 1.0)
-    held = free[:4].sum() if stage.tied else len(spring)
+    held = len(spring) if stage.bent else free[:4].sum()  # idlers are implicit
     damped = max(float(spring[:held, :held].sum(axis=1).max(initial=1.0)), 1.0)
     pole = max(float(rate[free].max()) * STEP_RESOLUTION / 3.0, belt_time * damped)
     square = max(square, pole * pole, _effects_square(layout, vector, stage))
