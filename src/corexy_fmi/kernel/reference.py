@@ -14,26 +14,21 @@ import numpy as np
 from corexy_fmi.kernel.call import PUSH, REST, Excitation
 from corexy_fmi.kernel.clock import restamp
 from corexy_fmi.kernel.layout import FREE_FORM_SIZE, KNOTS, LAW_KINDS, Layout
+from corexy_fmi.kernel.reference_damped import DampedIdlers, left_by_friction
 from corexy_fmi.kernel.reference_sensor import Past, history
-from corexy_fmi.kernel.reference_state import Array, ReferenceState
+from corexy_fmi.kernel.reference_state import Array
 
 NO_REST, NO_PUSH = np.zeros(len(REST)), np.zeros(len(PUSH))
 EQUATION_1 = np.array([[0.5, 0.5], [0.5, -0.5]])  # x, y over the motors' travel
 
 
-ROUNDED = ((0.0, 1.0), (0.194, 0.596), (0.667, 0.1546))  # lines of smooth Coulomb friction
-
-
-class ReferenceStage(ReferenceState):
+class ReferenceStage(DampedIdlers):
     """One lane of the stage, stepped."""
 
     def __init__(self, layout: Layout, vector: Array, fidelity: str, dc: bool) -> None:
         """``vector`` holds layout.parameters values."""
         super().__init__(layout, vector, fidelity, dc)
         self.past = Past(history(layout))
-        self.hooked, self.bent = self.runs("runout"), self.runs("tension")
-        self.implicit = False
-        self.friction, self.lawful, self.turned = np.zeros((3, len(self.a["q"]) - 4))
 
     def begin(self, time: float, angles: tuple[float, float], rest: Array) -> None:
         """At rest near eq. (1) of the angles, idlers in equilibrium; ``rest`` (4,): `REST`."""
@@ -149,7 +144,7 @@ class ReferenceStage(ReferenceState):
         middle[2:4] = np.where(self.released, middle[2:4], a["v"][2:4])
         self.implicit = len(middle) > 4 and not self.bent and bool(a["belt_time"].any())
         if self.implicit:
-            middle[4:] = self._turn_idlers(arm, middle)
+            middle[4:] = self.turn_idlers(arm, middle)
         a["rate"] = self.row @ (arm * middle)
         a["tension"] = a["stiffness"] * (a["elongation"] + a["belt_time"] * a["rate"])
         lawless = -(self.row.T @ a["tension"] * arm)[4:]
@@ -160,53 +155,8 @@ class ReferenceStage(ReferenceState):
             0.5 * a["runout_slope"][2 : 2 + idlers.shape[1]] * (idlers.T @ a["tension"])
         )
         if self.implicit and self.hooked:
-            self._turn_lawfully(arm, middle, a["force"][4:] - lawless)
+            self.turn_lawfully(arm, middle, a["force"][4:] - lawless)
         a["force"][:2] -= 0.5 * self.slopes.T @ (a["slope"] * a["elongation"] ** 2)
-
-    def _turn_idlers(self, arm: Array, middle: Array) -> Array:
-        """Speeds (n - 4,) of the idlers in the middle of the coming step: with the belts' damping
-        they solve one linear system (`damped_code.py`); ``arm`` and ``middle`` are (n,).
-        """
-        a, known, old = self.a, np.r_[middle[:4], np.zeros(len(middle) - 4)], self.a["v"][4:]
-        rows, dashpots = self.row * arm, a["stiffness"] * a["belt_time"]
-        pull = a["stiffness"] * a["elongation"] + dashpots * (rows @ known)
-        tied, inert = self._tied(arm)
-        push = inert * old - rows[:, 4:].T @ pull + self.lawful - self.friction
-        even = np.linalg.solve(tied, push)
-        if self.hooked:
-            return np.asarray(even)
-        self._slide(tied, even)
-        return np.asarray(0.5 * (old + self.turned))
-
-    def _turn_lawfully(self, arm: Array, middle: Array, lawful: Array) -> None:
-        """Behind laws on the tensions, which now add so much torque (n - 4,) to the idlers."""
-        tied, _ = self._tied(arm)
-        self._slide(tied, middle[4:] + np.linalg.solve(tied, lawful - self.lawful))
-        self.lawful = lawful
-
-    def _tied(self, arm: Array) -> tuple[Array, Array]:
-        """What a mean speed of the idlers costs in torque, by the belts and by inertia alone."""
-        a, rows = self.a, (self.row * arm)[:, 4:]
-        inert = 2 * a["mass"][4:] / self.step
-        dashpots = a["stiffness"] * a["belt_time"]
-        return np.diag(inert + a["damping0"][4:]) + rows.T @ (dashpots[:, None] * rows), inert
-
-    def _slide(self, tied: Array, even: Array) -> None:
-        """Speeds at the end of the step, and the friction of its mean speeds ``even``."""
-        after, smooth = 2 * even - self.a["v"][4:], self._smoothing()[4:]
-        away = 2 * np.diag(np.diag(tied)) - np.abs(tied)
-        give = 2 * np.linalg.solve(away, np.ones(len(even)))
-        fast = after + give * self.friction
-        most = np.asarray(give * np.maximum(self.a["bound0"][4:], 0))
-        taken = _friction(np.abs(fast), most, smooth)
-        self.turned = fast - np.copysign(taken, fast)
-        self.friction = self.friction + (after - self.turned) / give
-
-    def _smoothing(self) -> Array:
-        """Speed scale (n,) of Coulomb friction."""
-        rim = self.nominal["pulley_smoothing_ratio"] / self.radius
-        ratio = np.r_[1, 1, np.full(len(self.a["q"]) - 2, rim)]
-        return np.asarray(self.nominal["friction_smoothing"] * ratio)
 
     def _torque(self) -> None:
         a = self.a
@@ -246,7 +196,7 @@ class ReferenceStage(ReferenceState):
         before, b = a["v"].copy(), 0.5 * h * a["damping"] / a["moving"]
         push = h / a["moving"] / (1 + b)
         free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
-        a["v"] = free - np.copysign(_friction(np.abs(free), c, self._smoothing()), free)
+        a["v"] = left_by_friction(free, c, self.smoothing())
         if self.implicit:
             a["v"][4:] = self.turned
         a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
@@ -333,17 +283,6 @@ class ReferenceStage(ReferenceState):
         names = ("x", "y", "ax", "ay", "vx", "vy", "phi1", "phi2", "x_true", "y_true", "V1", "V2")
         values = [*seen, *a["reported_velocity"], *a["q"][2:4], *a["q"][:2], *a["voltage"]]
         return dict(zip(names, map(float, values), strict=True))
-
-
-def _friction(speed: Array, most: Array, smooth: Array) -> Array:
-    """What Coulomb friction takes away of speeds (n,), ``most`` at high ones: the least of four
-    lines of min(x, a + b x, .., 1), x = |v| / v_s, each solved implicitly; set-valued at v_s = 0.
-    """
-    taken = most.copy()
-    for a, b in ROUNDED:
-        gain = np.divide(most * b, smooth + most * b, out=np.ones_like(most), where=smooth > 0)
-        taken = np.minimum(taken, gain * speed + most * a * (1 - gain))
-    return taken
 
 
 def _slope(e: Excitation, row: int) -> Array:
