@@ -61,9 +61,9 @@ class DampedIdlers(ReferenceState):
 
     def smoothing(self) -> Array:
         """Speed scale (n,) of Coulomb friction."""
-        rim = self.nominal["pulleysmoothing_ratio"] / self.radius
+        rim = self.nominal["pulley_smoothing_ratio"] / self.radius
         ratio = np.r_[1, 1, np.full(len(self.a["q"]) - 2, rim)]
-        return np.asarray(self.nominal["frictionsmoothing"] * ratio)
+        return np.asarray(self.nominal["friction_smoothing"] * ratio)
 
 
 def left_by_friction(speed: Array, most: Array, smooth: Array) -> Array:
