@@ -180,9 +180,8 @@ def _solved(stage: Stage, name: str = "w") -> list[str]:
     for i in reversed(idlers(stage)):
         known = "".join(f" - g{i}_{j} * {name}{j}" for j in behind[i])
         follow = "".join(f" + fabs(g{i}_{j}) * m{j}" for j in behind[i])
-        lines += [
-            f"const double {name}{i} = (b{i}{known}) / a{i}, m{i} = (o{i}{follow}) / a{i}; (void)m{i};"
-        ]
+        lines += [f"const double {name}{i} = (b{i}{known}) / a{i};"]
+        lines += [f"const double m{i} = (o{i}{follow}) / a{i}; (void)m{i};"]
     return lines
 
 
