@@ -120,12 +120,12 @@ static void keep_belts(const stage *s, belt_state *b)
     memcpy(b->tension, s->tension, sizeof s->tension);
 }
 
-/* ``free_only``: in lanes without a law on their tensions */
-static void put_belts(stage *s, const belt_state *b, int free_only)
+/* ``tied_only``: in tied lanes without a law on their belts */
+static void put_belts(stage *s, const belt_state *b, int tied_only)
 {
     for (int i = 0; i < s->coordinates; i++)
         EACH {
-            const int own = free_only && s->lawful_belts[0][l] > 0;
+            const int own = tied_only && !(s->tied[0][l] > s->lawful_belts[0][l]);
             s->q[i][l] = pick(own, s->q[i][l], b->q[i][l]);
             s->v[i][l] = pick(own, s->v[i][l], b->v[i][l]);
             s->before[i][l] = pick(own, s->before[i][l], b->before[i][l]);
@@ -134,7 +134,7 @@ static void put_belts(stage *s, const belt_state *b, int free_only)
         }
     for (int i = 0; i < s->sections; i++)
         EACH {
-            const int own = free_only && s->lawful_belts[0][l] > 0;
+            const int own = tied_only && !(s->tied[0][l] > s->lawful_belts[0][l]);
             s->tension[i][l] = pick(own, s->tension[i][l], b->tension[i][l]);
         }
 }
@@ -148,26 +148,23 @@ INLINE void find_forces(stage *s, table *t)
     shape(s, t);
     if (hooked(s, PORT_BELT)) find_stiffness(s, t);
     if (hooked(s, PORT_CONTACT)) find_contact(s, t);
-    const int hooks = hooked(s, PORT_TENSION) || hooked(s, PORT_RUNOUT);
-    if ((s->has_belt_damping && (hooks || !s->implicit)) || hooked(s, PORT_TENSION)) t->find_rate(s);
-    if (!hooks) {
-        t->pull_idlers(s);
-        return;
-    }
-    if (!s->implicit) {
-        find_tension(s, t);
-        kick_free(s, 4, t->coordinates, half);
-        return;
-    }
+    if (s->has_belt_damping || hooked(s, PORT_TENSION)) t->find_rate(s);
     belt_state before, tied;
-    keep_belts(s, &before);
-    t->pull_idlers(s);
-    keep_belts(s, &tied);
-    put_belts(s, &before, 0);
-    t->tie(s);
-    find_tension(s, t);
-    t->kick_tied(s);
-    put_belts(s, &tied, 1);
+    if (s->implicit) {
+        keep_belts(s, &before);
+        t->pull_tied(s);
+        keep_belts(s, &tied);
+        put_belts(s, &before, 0);
+    }
+    if (!hooked(s, PORT_TENSION) && !hooked(s, PORT_RUNOUT)) {
+        t->pull_idlers(s);
+    } else {
+        if (s->implicit) t->tie(s);
+        find_tension(s, t);
+        if (s->implicit) t->kick_tied(s);
+        else kick_free(s, 4, t->coordinates, half);
+    }
+    if (s->implicit) put_belts(s, &tied, 1);
 }
 
 /* coordinates that effects bring with them; the belts turn the bridge by their pull at its ends */

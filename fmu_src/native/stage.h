@@ -32,7 +32,7 @@ typedef struct {
     int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
     int frees_motors; /* some lane moves a rotor by its forces */
     int bent; /* sections may change their stiffness, or be damped */
-    int implicit; /* in some lane rates of idlers between damped belts are found with their speeds */
+    int implicit; /* some lane is tied */
     double now, step;            /* middle of the running micro-step [s], its length [s] */
     double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
     double time;                 /* [s] of the state below */
@@ -45,6 +45,7 @@ typedef struct {
     lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
     lane smoothing[COORDINATES]; /* speed scale of Coulomb friction [m/s, rad/s] */
     lane lawful_belts[1]; /* laws of a lane act on runout (1) or on tensions (2) */
+    lane tied[1]; /* belts are damped so much that idlers' rates are found with their speeds */
     lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
     lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];

@@ -91,7 +91,8 @@ void stage_derive(stage *s)
     for (int i = 0; i < 2; i++)
         EACH s->frees_motors |= s->released[i][l] > 0;
     s->bent = s->has_belt_damping || hooked(s, PORT_BELT);
-    s->implicit = s->has_belt_damping && s->coordinates > 4;
+    s->implicit = 0;
+    memset(s->tied, 0, sizeof s->tied);
     if (!hooked(s, PORT_CONTACT)) memset(s->offset, 0, sizeof s->offset);
     memset(s->slope, 0, sizeof s->slope);
     s->belt_hooks = s->has_belt_damping;
@@ -200,6 +201,8 @@ static void find_stiffest(stage *s, table *t)
     memcpy(s->stiffest, s->stiffness, sizeof s->stiffest);
 }
 
+static void tie_idlers(stage *s);
+
 void stage_begin(stage *s, double time, const lane *angles, const lane *rest)
 {
     table *t = &TOPOLOGIES[s->topology];
@@ -227,6 +230,7 @@ void stage_begin(stage *s, double time, const lane *angles, const lane *rest)
         find_elongation(s, t);
         run_port(s, PORT_START_SECTION);
         find_stiffest(s, t);
+        tie_idlers(s);
     }
     find_report(s);
     run_port(s, PORT_START_SENSOR);
@@ -300,18 +304,29 @@ static double fastest_square(const stage *s, int l, int count)
     return worst;
 }
 
-/* a belt damped by t seconds turns a frequency w into a pole of t w^2: of axes and rotors, for idlers are
- * implicit; of all where a law bends the tensions; viscous friction is implicit, too, and may be three
- * times faster than the step resolves */
+/* viscous friction is stepped implicitly and may be three times faster than the step resolves */
+static double viscous_pole(const stage *s, int l)
+{
+    double pole = 0.0;
+    for (int i = 0; i < s->coordinates; i++)
+        if (!imposed(s, i, l)) pole = larger(pole, 2.0 * s->half_rate[i][l] * STEP_RESOLUTION / 3.0);
+    return pole;
+}
+
+/* a belt damped by t seconds turns a frequency w into a pole of t w^2, of the first coordinates */
+static double damped_pole(const stage *s, int l, int count)
+{
+    double time = 0.0;
+    for (int i = 0; i < s->sections; i++) time = larger(time, s->belt_time[i][l]);
+    return time * fastest_square(s, l, count);
+}
+
+/* of axes and rotors alone where idlers are tied */
 static double fastest_pole(const stage *s, int l)
 {
     const double square = fastest_square(s, l, s->coordinates);
-    double time = 0.0, pole = 0.0;
-    for (int i = 0; i < s->sections; i++) time = larger(time, s->belt_time[i][l]);
-    for (int i = 0; i < s->coordinates; i++)
-        if (!imposed(s, i, l)) pole = larger(pole, 2.0 * s->half_rate[i][l] * STEP_RESOLUTION / 3.0);
-    const int smooth = s->implicit && s->lawful_belts[0][l] < 2;
-    pole = larger(pole, time * (smooth ? fastest_square(s, l, 4) : square));
+    const double damped = damped_pole(s, l, s->tied[0][l] > 0 ? 4 : s->coordinates);
+    const double pole = larger(viscous_pole(s, l), damped);
     return larger(square, pole * pole);
 }
 
@@ -321,6 +336,19 @@ static double longest(const stage *s, int l)
     double rate = s->coordinates > 4 ? STEP_CALM : 0.0;
     for (int i = 4; i < s->coordinates; i++) rate = smaller(rate, 2.0 * s->half_rate[i][l]);
     return STEP_LONGEST * (1.0 + 2.0 * rate / STEP_CALM);
+}
+
+/* extrapolated rates of the idlers would ask for a step much shorter than the machine's own */
+static void tie_idlers(stage *s)
+{
+    if (!s->has_belt_damping || s->coordinates < 5) return;
+    EACH {
+        const double square = fastest_square(s, l, s->coordinates), viscous = viscous_pole(s, l);
+        const double own = STEP_RESOLUTION / sqrt(larger(square, viscous * viscous));
+        const double rated = STEP_RESOLUTION / larger(damped_pole(s, l, s->coordinates), 1e-9);
+        s->tied[0][l] = s->lawful_belts[0][l] < 2 && rated * TIED < smaller(own, longest(s, l));
+        s->implicit |= s->tied[0][l] > 0;
+    }
 }
 
 double stage_step_limit(const stage *s)

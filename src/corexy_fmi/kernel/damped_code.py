@@ -87,8 +87,13 @@ def kick_tied(stage: Stage) -> str:
     for i in idlers(stage):
         lines += [f"const double w{i} = s->even[{i}][l] + more{i};", *_kicked(i)]
         lines += [f"s->lawful[{i}][l] = pick(damps, lawful{i}, 0.0);"]
-    name, own = f"{stage.name}_kick_tied", lines if idlers(stage) else []
-    inner = function(f"{name}_as(stage *s, const int smooth)", own, "    (void)s; (void)smooth;\n")
+    return by_smoothness(f"{stage.name}_kick_tied", lines if idlers(stage) else [])
+
+
+def by_smoothness(name: str, lines: Sequence[str], before: str = "") -> str:
+    """A C function of a stage, compiled for set-valued and for smooth friction."""
+    first = f"    {before} (void)s; (void)smooth;{' (void)bent;' * bool(before)}\n"
+    inner = function(f"{name}_as(stage *s, const int smooth)", lines, first)
     return inner.replace("static void", "INLINE void") + (
         f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1);\n"
         f"    else {name}_as(s, 0);\n}}\n"
@@ -101,8 +106,7 @@ def _dashpots(stage: Stage) -> list[str]:
         f"const double {c} = s->stiffness[{n}][l] * s->belt_time[{n}][l];"
         for n, c in enumerate(names)
     ]
-    free = "s->lawful_belts[0][l] < 2"
-    return [*lines, f"const int damps = {' + '.join(names)} > 0 && {free}; (void)damps;"]
+    return [*lines, "const int damps = s->tied[0][l] > 0; (void)damps;"]
 
 
 def _known_rates(stage: Stage) -> list[str]:
@@ -186,7 +190,7 @@ def _solved(stage: Stage, name: str = "w") -> list[str]:
 
 
 def _kicked(i: int) -> list[str]:
-    """The kick of an idler; as ever where no belt of a lane is damped."""
+    """The kick of an idler; as ever in a lane that is not tied."""
     return [
         f"const double next{i} = 2.0 * w{i} - old{i}, give{i} = 2.0 * m{i};",
         f"const double most{i} = give{i} * s->bound0[{i}][l];",

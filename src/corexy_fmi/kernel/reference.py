@@ -53,6 +53,8 @@ class ReferenceStage(DampedIdlers):
             self._place_kinematic()
         self._elongation()
         self.run_port("start_section")
+        if self.stage.dynamic:
+            self.tie()
         self._report()
         self.run_port("start_sensor")
         self._remember()
@@ -119,14 +121,6 @@ class ReferenceStage(DampedIdlers):
         a["elongation"] += 0.5 * idlers @ a["runout"][2 : 2 + idlers.shape[1]]
         self.run_port("shape")
 
-    def find_stiffness(self) -> None:
-        """Stiffness [N/m] and damping [s] of the sections at the present place."""
-        a, sections = self.a, len(self.stage.sections)
-        a["stiffness"], a["slope"] = a["stiffness0"].copy(), np.zeros(sections)
-        a["belt_time"] = np.full(sections, a["damping_time"][0])
-        a["length"] = a["length0"] + self.slopes @ a["q"][:2]
-        self.run_port("belt")
-
     def _contact(self) -> None:
         a, weights = self.a, self.row[:, 2:4]
         a["offset"] = np.zeros(2)
@@ -142,8 +136,7 @@ class ReferenceStage(DampedIdlers):
         arm = np.concatenate([[1, 1], a["gain"], np.full(len(a["q"]) - 4, self.radius)])
         middle = self._middle_velocity()
         middle[2:4] = np.where(self.released, middle[2:4], a["v"][2:4])
-        self.implicit = len(middle) > 4 and not self.bent and bool(a["belt_time"].any())
-        if self.implicit:
+        if self.tied:
             middle[4:] = self.turn_idlers(arm, middle)
         a["rate"] = self.row @ (arm * middle)
         a["tension"] = a["stiffness"] * (a["elongation"] + a["belt_time"] * a["rate"])
@@ -154,7 +147,7 @@ class ReferenceStage(DampedIdlers):
         a["force"][4:] -= (
             0.5 * a["runout_slope"][2 : 2 + idlers.shape[1]] * (idlers.T @ a["tension"])
         )
-        if self.implicit and self.hooked:
+        if self.tied and self.hooked:
             self.turn_lawfully(arm, middle, a["force"][4:] - lawless)
         a["force"][:2] -= 0.5 * self.slopes.T @ (a["slope"] * a["elongation"] ** 2)
 
@@ -197,7 +190,7 @@ class ReferenceStage(DampedIdlers):
         push = h / a["moving"] / (1 + b)
         free, c = (1 - b) / (1 + b) * a["v"] + push * a["force"], push * np.maximum(a["bound"], 0)
         a["v"] = left_by_friction(free, c, self.smoothing())
-        if self.implicit:
+        if self.tied:
             a["v"][4:] = self.turned
         a["v"][2:4] = np.where(self.released, a["v"][2:4], a["command_rate"])
         a["before"] = before

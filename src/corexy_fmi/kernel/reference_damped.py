@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from corexy_fmi.kernel.generate import STEP_CALM, STEP_LONGEST, STEP_RESOLUTION, TIED
 from corexy_fmi.kernel.reference_state import Array, ReferenceState
 
 ROUNDED = ((0.0, 1.0), (0.194, 0.596), (0.667, 0.1546))  # lines of smooth Coulomb friction
 
 
+class Poles(NamedTuple):
+    """What bounds a micro-step: a squared frequency [1/s^2], rates [1/s], the longest step [s].
+
+    ``damped`` are the belts' rates, ``of_axes`` those of axes and rotors alone.
+    """
+
+    square: float
+    viscous: float
+    damped: float
+    of_axes: float
+    longest: float
+
+
 class DampedIdlers(ReferenceState):
-    """A stage whose idlers' speeds are found together where the belts are damped."""
+    """A stage whose idlers' speeds are found together where the belts are damped much."""
 
     def __init__(self, *given: Any) -> None:
         """Nothing turns yet."""
         super().__init__(*given)
-        self.hooked, self.bent = self.runs("runout"), self.runs("tension")
-        self.implicit = False
+        self.hooked = self.runs("runout")
+        self.tied = False
         self.friction, self.lawful, self.turned = np.zeros((3, len(self.a["q"]) - 4))
 
     def turn_idlers(self, arm: Array, middle: Array) -> Array:
@@ -58,6 +72,44 @@ class DampedIdlers(ReferenceState):
         most = np.asarray(give * np.maximum(self.a["bound0"][4:], 0))
         self.turned = left_by_friction(fast, most, smooth)
         self.friction = self.friction + (after - self.turned) / give
+
+    def tie(self) -> None:
+        """Find whether extrapolated rates would ask for a step much shorter than the machine's."""
+        p = self.poles()
+        own = STEP_RESOLUTION / np.sqrt(max(p.square, p.viscous**2))
+        rated = STEP_RESOLUTION / max(p.damped, 1e-9)
+        tied = len(self.a["q"]) > 4 and not self.runs("tension")
+        self.tied = tied and bool(rated * TIED < min(own, p.longest))
+
+    def poles(self) -> Poles:
+        """By Gershgorin's bound, sections that change at a quarter of their length."""
+        stiffness, time = self._stiffest()
+        free = np.array([True, True, *self.released, *[True] * (len(self.a["q"]) - 4)])
+        mass, rate = self.a["mass"][free], self.a["damping0"] / self.a["mass"]
+        rows = np.abs(self.stage.rows(self.radius))[:, free]
+        spring = rows.T @ (stiffness[:, None] * rows) / np.sqrt(np.outer(mass, mass))
+        axes = spring[: free[:4].sum(), : free[:4].sum()]
+        square, of_axes = (max(float(k.sum(axis=1).max(initial=1.0)), 1.0) for k in (spring, axes))
+        viscous = float(rate[free].max()) * STEP_RESOLUTION / 3.0
+        calm = min([STEP_CALM, *rate[4:]]) if len(rate) > 4 else 0.0
+        longest = STEP_LONGEST * (1.0 + 2.0 * calm / STEP_CALM)
+        return Poles(square, viscous, time * square, time * of_axes, longest)
+
+    def _stiffest(self) -> tuple[Array, float]:
+        """Stiffness [N/m] of sections, and the longest damping [s]."""
+        a = self.a
+        self.find_stiffness()
+        a["stiffness"], a["length"] = a["stiffness0"].copy(), 0.25 * a["length0"]
+        self.run_port("belt")
+        return a["stiffness"], float(a["belt_time"].max(initial=0.0))
+
+    def find_stiffness(self) -> None:
+        """Stiffness [N/m] and damping [s] of the sections at the present place."""
+        a, sections = self.a, len(self.stage.sections)
+        a["stiffness"], a["slope"] = a["stiffness0"].copy(), np.zeros(sections)
+        a["belt_time"] = np.full(sections, a["damping_time"][0])
+        a["length"] = a["length0"] + self.slopes @ a["q"][:2]
+        self.run_port("belt")
 
     def smoothing(self) -> Array:
         """Speed scale (n,) of Coulomb friction."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from corexy_fmi.kernel.damped_code import damped_lines, idlers
+from corexy_fmi.kernel.damped_code import by_smoothness, damped_lines, idlers
 from corexy_fmi.kernel.stage_code import (
     FIRST_IDLER,
     forces,
@@ -112,15 +112,15 @@ def pull_idlers(stage: Stage) -> str:
         f"    if (s->smooth) {name}_as(s, 1, 1);\n    else if (s->bent) {name}_as(s, 0, 1);\n"
         f"    else {name}_as(s, 0, 0);\n"
     )
-    if idlers(stage):
-        inner += function(f"{name}_tied{head}", _pull_lines(stage, _tied), unused)
-        tied = f"    if (s->implicit && s->smooth) {name}_tied(s, 1, 1);\n"
-        choice = (
-            f"{tied}    else if (s->implicit) {name}_tied(s, 0, 1);\n    else {choice.lstrip()}"
-        )
     return inner.replace("static void", "INLINE void") + (
         f"static void {name}(stage *s)\n{{\n{choice}}}\n"
     )
+
+
+def pull_tied(stage: Stage) -> str:
+    """The same with the idlers tied together by their belts' damping."""
+    name, own = f"{stage.name}_pull_tied", _pull_lines(stage, _tied) if idlers(stage) else []
+    return by_smoothness(name, own, "const int bent = 1;")
 
 
 def _pull_lines(stage: Stage, damped: Callable[[Stage], list[str]]) -> list[str]:

@@ -12,6 +12,7 @@ from corexy_fmi.kernel.step_code import (
     find_pull,
     find_rate,
     pull_idlers,
+    pull_tied,
     stretch,
 )
 from corexy_fmi.kernel.trace import c_statements, symbols
@@ -27,7 +28,7 @@ struct topology {
     void (*collect)(stage *), (*measure)(stage *);
     void (*add_runout)(stage *), (*collect_runout)(stage *), (*find_forces)(stage *);
     void (*stretch)(stage *), (*find_pull)(stage *), (*find_rate)(stage *), (*pull_idlers)(stage *);
-    void (*tie)(stage *), (*kick_tied)(stage *);
+    void (*pull_tied)(stage *), (*tie)(stage *), (*kick_tied)(stage *);
     void (*advance)(stage *, sweep *), (*advance_smooth)(stage *, sweep *);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
@@ -154,7 +155,7 @@ def _table(stage: Stage) -> str:
 
 FUNCTIONS = (
     _derive, _elongate, _collect, _measure, _add_runout, _collect_runout, find_forces,
-    stretch, find_pull, find_rate, pull_idlers, tie, kick_tied, advance, advance_smooth,
+    stretch, find_pull, find_rate, pull_idlers, pull_tied, tie, kick_tied, advance, advance_smooth,
 )  # fmt: skip
 
 

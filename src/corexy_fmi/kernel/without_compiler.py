@@ -13,7 +13,7 @@ import numpy as np
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
 from corexy_fmi.kernel.call import LANES, Array, Excitation, has_kernel, run_lanes
-from corexy_fmi.kernel.generate import STEP_CALM, STEP_LONGEST, STEP_RESOLUTION
+from corexy_fmi.kernel.generate import STEP_RESOLUTION
 from corexy_fmi.kernel.layout import FREE_FORM_LOCATIONS, FREE_FORM_SIZE, Layout, bundled_layout
 from corexy_fmi.kernel.reference import NO_REST, ReferenceStage, run_reference
 from corexy_fmi.kernel.trace import argument_names
@@ -99,28 +99,10 @@ def slow_step_limit(layout: Layout, vector: Array, fidelity: str, dc: bool) -> f
     if not stage.stage.dynamic:
         return 1.0
     stage.begin(0.0, (0.0, 0.0), NO_REST)
-    stiffness, belt_time = _stiffest(stage)
-    free = np.array([True, True, *stage.released, *[True] * (len(stage.a["q"]) - 4)])
-    mass, rate = stage.a["mass"][free], (stage.a["damping0"] / stage.a["mass"])
-    rows = np.abs(stage.stage.rows(stage.radius))[:, free]
-    spring = rows.T @ (stiffness[:, None] * rows) / np.sqrt(np.outer(mass, mass))
-    square = max(float(spring.sum(axis=1).max(initial=1.0)), 1.0)
-    held = len(spring) if stage.bent else free[:4].sum()  # idlers are implicit
-    damped = max(float(spring[:held, :held].sum(axis=1).max(initial=1.0)), 1.0)
-    pole = max(float(rate[free].max()) * STEP_RESOLUTION / 3.0, belt_time * damped)
-    square = max(square, pole * pole, _effects_square(layout, vector, stage))
-    calm = min([STEP_CALM, *rate[4:]]) if len(rate) > 4 else 0.0
-    longest = STEP_LONGEST * (1.0 + 2.0 * calm / STEP_CALM)
-    return float(min(1.0, STEP_RESOLUTION / np.sqrt(square), longest))
-
-
-def _stiffest(stage: ReferenceStage) -> tuple[Array, float]:
-    """Stiffness [N/m] of sections at a quarter of their length, and the longest damping [s]."""
-    a = stage.a
-    stage.find_stiffness()
-    a["stiffness"], a["length"] = a["stiffness0"].copy(), 0.25 * a["length0"]
-    stage.run_port("belt")
-    return a["stiffness"], float(a["belt_time"].max(initial=0.0))
+    poles = stage.poles()
+    pole = max(poles.viscous, poles.of_axes if stage.tied else poles.damped)
+    square = max(poles.square, pole * pole, _effects_square(layout, vector, stage))
+    return float(min(1.0, STEP_RESOLUTION / np.sqrt(square), poles.longest))
 
 
 def _effects_square(layout: Layout, vector: Array, stage: ReferenceStage) -> float:
