@@ -148,6 +148,10 @@ INLINE void find_forces(stage *s, table *t)
     shape(s, t);
     if (hooked(s, PORT_BELT)) find_stiffness(s, t);
     if (hooked(s, PORT_CONTACT)) find_contact(s, t);
+    if (s->all_tied) {
+        t->pull_tied(s);
+        return;
+    }
     if (s->has_belt_damping || hooked(s, PORT_TENSION)) t->find_rate(s);
     belt_state before, tied;
     if (s->implicit) {

@@ -32,7 +32,7 @@ typedef struct {
     int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
     int frees_motors; /* some lane moves a rotor by its forces */
     int bent; /* sections may change their stiffness, or be damped */
-    int implicit; /* some lane is tied */
+    int implicit, all_tied; /* some lane is tied; all are, and no law acts on belts */
     double now, step;            /* middle of the running micro-step [s], its length [s] */
     double begun, elapsed;       /* [s] when the run began, and since then in the middle of the step */
     double time;                 /* [s] of the state below */

@@ -91,7 +91,7 @@ void stage_derive(stage *s)
     for (int i = 0; i < 2; i++)
         EACH s->frees_motors |= s->released[i][l] > 0;
     s->bent = s->has_belt_damping || hooked(s, PORT_BELT);
-    s->implicit = 0;
+    s->implicit = s->all_tied = 0;
     memset(s->tied, 0, sizeof s->tied);
     if (!hooked(s, PORT_CONTACT)) memset(s->offset, 0, sizeof s->offset);
     memset(s->slope, 0, sizeof s->slope);
@@ -342,12 +342,14 @@ static double longest(const stage *s, int l)
 static void tie_idlers(stage *s)
 {
     if (!s->has_belt_damping || s->coordinates < 5) return;
-    EACH {
+    s->all_tied = 1;
+    for (int l = 0; l < LANES; l++) {
         const double square = fastest_square(s, l, s->coordinates), viscous = viscous_pole(s, l);
         const double own = STEP_RESOLUTION / sqrt(larger(square, viscous * viscous));
         const double rated = STEP_RESOLUTION / larger(damped_pole(s, l, s->coordinates), 1e-9);
         s->tied[0][l] = s->lawful_belts[0][l] < 2 && rated * TIED < smaller(own, longest(s, l));
         s->implicit |= s->tied[0][l] > 0;
+        s->all_tied &= s->tied[0][l] > 0 && !(s->lawful_belts[0][l] > 0);
     }
 }
 

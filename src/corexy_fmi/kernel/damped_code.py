@@ -1,4 +1,4 @@
-"""Idlers between damped belts as C: their rates are found implicitly.
+"""Idlers between much damped belts as C: their rates are found implicitly.
 
 A light idler on a belt damped by milliseconds settles within microseconds; extrapolated rates would
 ask for steps as short.  With A = 2 J / h + d + C of the idlers, C the belts' dashpots between them:
@@ -173,10 +173,11 @@ def _solved(stage: Stage, name: str = "w") -> list[str]:
     lines += [f"double g{i}_{j} = {value};" for (i, j), value in ties.items()]
     behind = {i: [j for j in idlers(stage) if (i, j) in ties] for i in idlers(stage)}
     for i, others in behind.items():
+        lines += [f"const double share{i} = 1.0 / a{i};"]
         for j in others:
             part = f"part{i}_{j}"
             lines += [
-                f"const double {part} = g{i}_{j} / a{i};",
+                f"const double {part} = g{i}_{j} * share{i};",
                 f"a{j} -= {part} * g{i}_{j}, b{j} -= {part} * b{i}, o{j} += fabs({part}) * o{i};",
             ]
         if len(others) > 1:
@@ -184,8 +185,8 @@ def _solved(stage: Stage, name: str = "w") -> list[str]:
     for i in reversed(idlers(stage)):
         known = "".join(f" - g{i}_{j} * {name}{j}" for j in behind[i])
         follow = "".join(f" + fabs(g{i}_{j}) * m{j}" for j in behind[i])
-        lines += [f"const double {name}{i} = (b{i}{known}) / a{i};"]
-        lines += [f"const double m{i} = (o{i}{follow}) / a{i}; (void)m{i};"]
+        lines += [f"const double {name}{i} = (b{i}{known}) * share{i};"]
+        lines += [f"const double m{i} = (o{i}{follow}) * share{i}; (void)m{i};"]
     return lines
 
 
