@@ -181,10 +181,10 @@ def test_step_follows_the_fastest_pole():
     rotor = vector(effects=[("stepper_compliance", "motors", (5.0, 0.0))])
     assert step_limit(layout, rotor) <= 0.75 / np.sqrt(50 * 5.0 / 5.4e-6) * 1.0001
     own = step_limit(layout, vector())
-    assert step_limit(layout, vector(belt_damping_time=3e-3)) == own  # idlers are implicit
-    assert own / 4 < step_limit(layout, vector(belt_damping_time=1e-2)) < own
-    slack = vector(effects=[("belt_slack", "belts", (5.0, 0.0))], belt_damping_time=1e-2)
-    assert step_limit(layout, slack) < own / 10
+    assert step_limit(layout, vector(belt_damping_time=1e-2)) < own / 10
+    damping, slack = ("belt_damping", "belts", (1e-2,)), ("belt_slack", "belts", (5.0, 0.0))
+    assert own / 4 < step_limit(layout, vector(effects=[damping])) < own  # idlers are tied
+    assert step_limit(layout, vector(effects=[damping, slack])) < own / 10
     mismatch = vector("gt2_printer", [("belt_mismatch", "belts", (2.0,))])
     assert step_limit(layout, mismatch) < base
 

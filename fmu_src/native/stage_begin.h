@@ -347,7 +347,9 @@ static void tie_idlers(stage *s)
         const double square = fastest_square(s, l, s->coordinates), viscous = viscous_pole(s, l);
         const double own = STEP_RESOLUTION / sqrt(larger(square, viscous * viscous));
         const double rated = STEP_RESOLUTION / larger(damped_pole(s, l, s->coordinates), 1e-9);
-        s->tied[0][l] = s->lawful_belts[0][l] < 2 && rated * TIED < smaller(own, longest(s, l));
+        int more = 0; /* than the machine's own damping: what a law adds */
+        for (int i = 0; i < s->sections; i++) more |= s->belt_time[i][l] > s->damping_time[0][l];
+        s->tied[0][l] = more && s->lawful_belts[0][l] < 2 && rated * TIED < smaller(own, longest(s, l));
         s->implicit |= s->tied[0][l] > 0;
         s->all_tied &= s->tied[0][l] > 0 && !(s->lawful_belts[0][l] > 0);
     }

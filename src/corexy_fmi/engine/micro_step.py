@@ -15,7 +15,6 @@ from corexy_fmi.machine import Machine
 
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 STABLE, HALVINGS = 2.0, 5  # steps beyond the own one of damped belts that are stable; at most
-MILD = 0.5  # share of the most damped set's damping that needs no look
 AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
 
 
@@ -39,12 +38,12 @@ def damped(
     layout: Layout, machine: Machine, vectors: Array, sizes: list[int], limit: float
 ) -> float:
     """Micro-step [s] for these vectors (sets, n), whose belts are damped by the numbers at
-    ``sizes``: ``limit`` halved until the rates that the most damped sets extrapolate stay stable.
+    ``sizes``: ``limit`` halved until the rates that each set extrapolates stay stable; idlers of a
+    less damped one may be the faster, for they are not tied yet.
     """
-    time = vectors[:, sizes].sum(axis=1)
-    worst = vectors[time > MILD * time.max()] if time.max() > 0 else vectors[:1]
-    steps = [own_step(layout, v.tobytes(), machine.stage, machine.drive) for v in worst]
-    need = STABLE * min(steps)
+    some = vectors[(vectors[:, sizes] > 0).any(axis=1)]
+    steps = [own_step(layout, v.tobytes(), machine.stage, machine.drive) for v in some]
+    need = STABLE * min(steps, default=np.inf)
     return limit / 2.0 ** min(max(np.ceil(np.log2(limit / need)), 0.0), HALVINGS)
 
 

@@ -78,7 +78,8 @@ class DampedIdlers(ReferenceState):
         p = self.poles()
         own = STEP_RESOLUTION / np.sqrt(max(p.square, p.viscous**2))
         rated = STEP_RESOLUTION / max(p.damped, 1e-9)
-        tied = len(self.a["q"]) > 4 and not self.runs("tension")
+        more = bool((self.a["belt_time"] > self.a["damping_time"][0]).any())
+        tied = more and len(self.a["q"]) > 4 and not self.runs("tension")
         self.tied = tied and bool(rated * TIED < min(own, p.longest))
 
     def poles(self) -> Poles:
