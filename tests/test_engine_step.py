@@ -61,6 +61,14 @@ def test_the_step_of_damped_belts_follows_their_damping():
         assert costs(change)[0] < HIDDEN
 
 
+def test_sets_without_damping_take_the_whole_step():
+    chosen = posed([("belt_damping", "belts")])
+    still = chosen.vectors(np.zeros((2, chosen.size)), 0)
+    assert (still[:, chosen.damping] == 0).all()
+    given = chosen.layout, chosen.machine, still, chosen.damping
+    assert damped(*given, chosen.limit) == chosen.limit
+
+
 def test_the_most_damped_set_decides():
     chosen = posed([("belt_damping", "belts")])
     mild, strong = at(chosen, 1e-4), at(chosen, 9e-3)

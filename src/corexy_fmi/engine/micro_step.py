@@ -42,8 +42,10 @@ def damped(
     less damped one may be the faster, for they are not tied yet.
     """
     some = vectors[(vectors[:, sizes] > 0).any(axis=1)]
+    if not len(some):
+        return limit
     steps = [own_step(layout, v.tobytes(), machine.stage, machine.drive) for v in some]
-    need = STABLE * min(steps, default=np.inf)
+    need = STABLE * min(steps)
     return limit / 2.0 ** min(max(np.ceil(np.log2(limit / need)), 0.0), HALVINGS)
 
 
