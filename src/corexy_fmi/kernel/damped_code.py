@@ -1,4 +1,4 @@
-"""Idlers between much damped belts as C: their rates are found implicitly.
+"""Idlers between belts that an effect damps much, as C: their rates are found implicitly.
 
 A light idler on a belt damped by milliseconds settles within microseconds; extrapolated rates would
 ask for steps as short.  With A = 2 J / h + d + C of the idlers, C the belts' dashpots between them:
