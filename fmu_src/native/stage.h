@@ -54,7 +54,7 @@ typedef struct {
     lane round_gain[3][COORDINATES], round_lift[2][COORDINATES]; /* of smooth Coulomb friction */
     /* state */
     lane q[COORDINATES], v[COORDINATES], before[COORDINATES]; /* before: v one micro-step ago */
-    lane friction[COORDINATES], lawful[COORDINATES]; /* [N m] on idlers in the last micro-step, where implicit: their friction, what laws on tensions and runout added */
+    lane friction[COORDINATES], lawful[COORDINATES]; /* [N m] on idlers in the last micro-step, where tied: their friction, what laws on runout added */
     /* working variables of a micro-step */
     lane command[2], command_rate[2], voltage[2], applied[2], torque[2], rotor_damping[2];
     lane even[COORDINATES], lawless[COORDINATES]; /* idlers in the middle of the step without new laws, and their belts' torque */
