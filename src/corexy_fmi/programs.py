@@ -1,4 +1,4 @@
-"""Short motions that bring effects out: reversals, strokes, circles, sweeps, within given limits.
+"""Short motions that bring effects out: reversals, strokes, circles, shaking, within given limits.
 
 Every program starts and ends at rest at the origin, lasts at most `LONGEST` seconds, and stays
 within the box, the speed and the acceleration that it is given.
@@ -15,6 +15,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
 from corexy_fmi.motion import Motion, chain, chirp, circle, command, line, rest, star
 from corexy_fmi.recording import Recording, inputs
+from corexy_fmi.shake import shake, slowest
 
 LONGEST = 10.0  # [s]
 PAUSE = 0.2  # [s] of rest where a program turns to something else
@@ -22,6 +23,11 @@ SLOWEST = 1e-3  # [m/s]
 SHRINK, LEAST = 0.8, 1e-4  # factor by which a motion that takes too long shrinks; smallest size [m]
 SHARE = 0.8  # of the stage that a program uses
 WINDOW = 0.01  # [s] over which a recorded acceleration is taken
+AXES = ((1, 0), (0, 1), (1, 1))
+TURNS = 3.2  # [s] of a sweep along each of three axes
+BANDS = {"slow shaking": 12.0, "shaking": 30.0, "quick shaking": 75.0}  # up to so many Hz
+WIDEST = 1.5  # times its lowest frequency is its highest, at least
+SOFTER = (1.0, 0.5, 0.25)  # of the acceleration
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,15 @@ def programs(limits: Limits) -> dict[str, Motion]:
     }
 
 
+def shakings(limits: Limits) -> dict[str, tuple[Motion, ...]]:
+    """Shaking over some bands by name, each from hard to soft: a stage may ring at any of them."""
+    small, speed = min(limits.x, limits.y), limits.speed
+    return {
+        name: tuple(_shaking(small, speed, share * limits.acceleration, top) for share in SOFTER)
+        for name, top in BANDS.items()
+    }
+
+
 def named_command(name: str, motion: Motion, machine: Machine, rate: float = 1000.0) -> Recording:
     """The angles that command a program, as a recording of that name."""
     return command(motion, machine.parameters["pulley_radius"], rate, name)
@@ -135,5 +150,11 @@ def _sweep(reach: float, speed: float, acceleration: float) -> Motion:
     highest = 12.0  # [Hz]
     turning = 2 * np.pi * highest
     size = min(reach / 2, speed / turning, acceleration / turning**2)
-    axes = ((1, 0), (0, 1), (1, 1))
-    return chain(*[chirp(axis, size, (1.0, highest), 3.2) for axis in axes])
+    return chain(*[chirp(axis, size, (1.0, highest), TURNS) for axis in AXES])
+
+
+def _shaking(reach: float, speed: float, acceleration: float, top: float) -> Motion:
+    """The same at one acceleration, from the lowest frequency that speed and reach allow."""
+    first = slowest(acceleration, speed, reach / 2)
+    band = (first, max(top, WIDEST * first))
+    return chain(*[shake(axis, acceleration, band, TURNS) for axis in AXES])

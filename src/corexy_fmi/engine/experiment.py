@@ -4,28 +4,29 @@ Atkinson and Fedorov, Biometrika 1975, doi:10.1093/biomet/62.1.57).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
+from functools import partial
+from itertools import combinations
 
-import numpy as np
-
-from corexy_fmi.effects.api import ROTOR_TEETH, STEPPER
+from corexy_fmi.engine.bearable import bears, strain
 from corexy_fmi.engine.entries import THRESHOLD, Competition
 from corexy_fmi.engine.fit import Fit, Mapper
-from corexy_fmi.engine.foresee import Parted, Sensing, imagined, onto, parting, placed
+from corexy_fmi.engine.foresee import Sensing, imagined
 from corexy_fmi.engine.local import is_local
-from corexy_fmi.engine.samples import LONG, Run
+from corexy_fmi.engine.parted import Foretold, Parted
+from corexy_fmi.engine.samples import LONG
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
-from corexy_fmi.programs import named_command, programs, recorded_limits
+from corexy_fmi.programs import Limits, named_command, programs, recorded_limits, shakings
 from corexy_fmi.recording import Recording, controller
 
 FILE = "next_experiment.csv"
 RIVALS = 4
 SETTLES = 30.0  # [1] E_sep: 15 +- 5.5 nats for the true one, 2.9 TEMPERATURE + 5.5 are needed
 MOST = 20  # repeats
-HALF_CYCLE = np.pi / ROTOR_TEETH  # [rad] behind its field, where a rotor is let go
+TRIES = 3  # programs whose promise is looked into
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +57,8 @@ def next_experiment(
 ) -> Experiment | None:
     """The program that separates an ambiguous verdict's rivals best; None for other verdicts.
 
-    It goes no farther, no faster and no harder than the recordings did, and is none on which a
-    rival's rotor would fall out of step: what follows tells of lost steps, not of what was missing.
+    It goes no farther, no faster and no harder than the recordings did, and is none that a rival
+    foretells to be unbearable (`bearable.py`).
     """
     if verdict.word != "ambiguous":
         return None
@@ -71,25 +72,55 @@ def next_experiment(
         limits = recorded_limits(recordings, machine)
     except InputError:  # nothing moved
         return None
-    names, motions = zip(*programs(limits).items(), strict=True)
-    orders = [named_command(FILE, motion, machine) for motion in motions]
-    sensing = Sensing.like(competition.retuned)
+    orders = _orders(limits, machine)
+    sensing, seen = Sensing.like(competition.retuned), strain(competition.retuned)
 
-    def apart(order: Recording) -> list[Parted]:
-        run = imagined(order, _with_loop(machine, recordings), sensing)
-        if any(falls_out(fit, run, sensing) for fit in fits):
-            return []
-        return [parting(a, b, run, sensing) for a, b in permutations(fits, 2)]
+    def apart(harder: list[Recording]) -> tuple[Recording, list[Parted]]:
+        """The hardest that every rival bears, and how far it parts them."""
+        for order in harder:
+            run = imagined(order, _with_loop(machine, recordings), sensing)
+            if all(bears(fit, run, sensing, seen) for fit in fits):
+                told = [Foretold.by(fit, run, sensing) for fit in fits]
+                return order, [Parted(a, b) for a, b in combinations(told, 2)]
+        return harder[0], []
 
-    parted = list(mapper(apart, orders))
-    most = _most(competition.retuned, orders[0])
-    found = [_enough(pairs, most) for pairs in parted]
-    best = max(range(len(found)), key=lambda n: (-found[n][0], found[n][1]))
-    if not parted[best] or most < 1:
+    chosen, parted = zip(*mapper(apart, list(orders.values())), strict=True)
+    most = _most(competition.retuned, chosen[0])
+    if not any(parted) or most < 1:
         return None
-    times, told = found[best]
-    why = _why(names[best], fits, told, times, most)
-    return Experiment(orders[best], why, times if times <= most else None)
+    best, (times, told) = _soonest(parted, most, mapper)
+    why = _why(list(orders)[best], fits, told, times, most)
+    return Experiment(chosen[best], why, times if times <= most else None)
+
+
+def _orders(limits: Limits, machine: Machine) -> dict[str, list[Recording]]:
+    """All programs by name, each from hard to soft."""
+    found = {name: (motion,) for name, motion in programs(limits).items()} | shakings(limits)
+    return {k: [named_command(FILE, m, machine) for m in motions] for k, motions in found.items()}
+
+
+def _soonest(
+    parted: Sequence[list[Parted]], most: int, mapper: Mapper
+) -> tuple[int, tuple[int, float]]:
+    """Which program settles soonest, and what `_enough` says of it: those that promise most by
+    linear models are asked what is left of it once the rivals have given way.
+    """
+    promised = {n: _enough(pairs, most) for n, pairs in enumerate(parted) if pairs}
+    found: dict[int, tuple[int, float]] = {}
+    for n in sorted(promised, key=lambda n: _sooner(promised[n]))[:TRIES]:
+        pairs = parted[n]
+        for times in (most, min(promised[n][0], most)):
+            pairs = list(mapper(partial(Parted.given_way, times=times), pairs))
+        found[n] = _enough(pairs, most)
+        if found[n][0] <= most:
+            break
+    best = min(found, key=lambda n: _sooner(found[n]))
+    return best, found[best]
+
+
+def _sooner(enough: tuple[int, float]) -> tuple[int, float]:
+    """Less of two programs is the one of fewer runs, or that parts farther."""
+    return enough[0], -enough[1]
 
 
 def _most(fit: Fit, order: Recording) -> int:
@@ -101,21 +132,11 @@ def _most(fit: Fit, order: Recording) -> int:
 def _enough(pairs: list[Parted], most: int) -> tuple[int, float]:
     """How often a program must run to settle, and the least E_sep then; else of the most."""
     least = 0.0
-    for times in range(1, most + 1 if pairs else 1):
+    for times in range(1, most + 1):
         least = min(pair.distance(times) for pair in pairs)
         if least >= SETTLES:
             return times, least
     return most + 1, least
-
-
-def falls_out(fit: Fit, run: Run, sensing: Sensing) -> bool:
-    """Whether a stepper's rotor, by a fit, leaves the field that turns it on an imagined run."""
-    problem = onto(fit, run, sensing)
-    if problem.machine.drive != STEPPER:
-        return False
-    turned = problem.simulate(placed(fit, problem)[None], 0, ("phi1", "phi2"))[0]
-    asked = np.array([run.excitation.input1, run.excitation.input2])
-    return not bool(np.abs(turned - asked).max() < HALF_CYCLE)
 
 
 def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:

@@ -1,6 +1,4 @@
-"""What a motion that was not run yet would show: a synthetic run, and how far two models part on
-it once the one has been retuned.
-"""
+"""What a motion that was not run yet would show: a synthetic run, and a fit's problem on it."""
 
 from __future__ import annotations
 
@@ -59,49 +57,3 @@ def filled(run: Run, values: Array) -> Run:
     """The run with outputs (channels, rows) in place of its zeros."""
     pairs = zip(run.samples, values, strict=True)
     return run.with_samples(tuple(replace(s, value=v[s.index]) for s, v in pairs))
-
-
-@dataclass(frozen=True, eq=False)
-class Parted:
-    """How far two fits part on a run that is repeated: r, what one foretells there beyond the other
-    [noise]; M, its slopes by what the data leave open of both; P, how firmly those data hold them,
-    and Q, what each repeat begins with.
-    """
-
-    power: float  # r' r
-    pull: Array  # M' r
-    slopes: Array  # M' M
-    known: Array  # P
-    each: Array  # Q
-
-    def distance(self, times: int) -> float:
-        """E_sep of so many repeats: neither fit may leave the data that it stands on."""
-        normal = times * (self.slopes + self.each) + self.known
-        spare = self.pull @ np.linalg.lstsq(normal, self.pull, rcond=1e-12)[0]
-        return max(times * (self.power - times * float(spare)), 0.0)
-
-
-def parting(teller: Fit, rival: Fit, run: Run, sensing: Sensing) -> Parted:
-    """What one fit foretells on a run against the nearest that another can do there."""
-    told = onto(teller, run, sensing)
-    truth = told.simulate(placed(teller, told)[None], 0)[0]
-    shown = filled(run, truth)
-    problem, told = onto(rival, shown, sensing), onto(teller, shown, sensing)
-    residual, slopes = problem.linearised(placed(rival, problem))
-    count, shared, free = problem.runs[0].count, len(problem.unknowns), len(told.unknowns)
-    moved = told.linearised(placed(teller, told))[1][:count, :free]
-    both = np.hstack([slopes[:count], -moved])
-    known, each = np.zeros((2, both.shape[1], both.shape[1]))
-    known[:shared, :shared], known[-free:, -free:] = _held(rival), _held(teller)
-    own = slice(shared, problem.size)
-    each[own, own] = np.eye(problem.size - shared)
-    r = residual[:count]
-    return Parted(float(r @ r), both.T @ r, both.T @ both, known, each)
-
-
-def _held(fit: Fit) -> Array:
-    """How firmly a fit's data hold what belongs to no single run: inverse of its covariance."""
-    shared = len(fit.problem.unknowns)
-    known = fit.jacobian.T @ fit.jacobian
-    inner, cross, rest = known[:shared, :shared], known[:shared, shared:], known[shared:, shared:]
-    return np.asarray(inner - cross @ np.linalg.pinv(rest) @ cross.T)
