@@ -171,6 +171,23 @@ def test_shaking_keeps_its_acceleration(acceleration):
         assert np.sqrt(np.mean(middle**2)) == pytest.approx(acceleration / np.sqrt(2), rel=0.05)
 
 
+@pytest.mark.parametrize("every", [1, 10])
+def test_a_program_is_imagined_as_often_measured_as_the_recordings(every):
+    """A camera of 100 Hz tells a tenth of what one of 1000 Hz does."""
+    given = record(machine(), short_motion())
+    rows = np.arange(len(given.time)) % every == 0
+    seen = {c: np.where(rows, v, np.nan) if c in ("x", "y") else v
+            for c, v in given.channels.items()}  # fmt: skip
+    fit = fitted(problem(replace(given, channels=seen), machine()), 0)
+    order = named_command("a", programs(LIMITS)["star"], machine())
+    run = imagined(order, machine(), Sensing.like(fit))
+    assert {s.channel: len(s.index) for s in run.samples} == pytest.approx(
+        dict.fromkeys("xy", len(order.time) / every), rel=0.01
+    )
+    for samples in run.samples:
+        assert not samples.breaks[1:].any()
+
+
 def test_two_fits_part_by_what_both_show():
     """Whichever of two tells, they are as far apart; nothing parts a fit from itself."""
     recorded = record(machine(), short_motion())

@@ -34,14 +34,18 @@ BEFORE = RESULTS / "before_settle.jsonl"  # of an engine that was changed since
 
 
 def ambiguous() -> list[tuple[str, dict[str, Any]]]:
-    """Name (with its seed, for runs share names), seed and wish of the ambiguous cases."""
+    """Name (with its seed, for runs share names), seed and wish of the ambiguous cases; those that
+    were run before the engine was changed, and that the change was made on, come last.
+    """
+    seen = {e["name"] for e in read(BEFORE)}
     paths = [p for stem in STEMS for p in sorted(RESULTS.glob(f"{stem}*.jsonl"))]
     entries = [e for path in paths if "seals" not in path.name for e in read(path)]
     found = [e for e in entries if e["document"]["verdict"] == "ambiguous"]
-    return [
+    named = [
         (f"{e['name']}:{e['seed']}", {"seed": e["seed"], "wanted": e["wanted"]})
         for e in sorted(found, key=_turn)
     ]
+    return sorted(named, key=lambda case: case[0] in seen)
 
 
 def _turn(entry: dict[str, Any]) -> tuple[bool, float]:
@@ -92,9 +96,8 @@ def section() -> list[str]:
         "",
         "`python -m benchmarks.concealed.settle`: ambiguous cases of the proof, each diagnosed "
         "again after the proposed program was run on the concealed plant as often as it says; "
-        f"{_summary(entries)}. {len(ambiguous())} cases wait in all; those that had a program "
-        "from the engine before were run first, then those of largest E_sep, which is no random "
-        "choice.",
+        f"{_summary(entries)}. {len(ambiguous())} cases wait in all; those that no engine before "
+        "had run come first, those of largest E_sep before others, which is no random choice.",
         *([f"Before that, {_summary(before)}."] if before else []),
         "",
         "| case | planted | before | runs | after |",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.noise import Noise
@@ -17,23 +18,40 @@ from corexy_fmi.recording import Recording
 
 @dataclass(frozen=True)
 class Sensing:
-    """What would be measured: the noise of each channel."""
+    """What would be measured: the noise of each channel, and how often it is taken [s], 0 for every
+    row.
+    """
 
     noise: dict[str, Noise]
+    spacing: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def like(cls, fit: Fit) -> Sensing:
-        """As in the runs that a fit stands on; a channel's first noise counts."""
-        found: dict[str, Noise] = {}
+        """As in the runs that a fit stands on; a channel's first run counts."""
+        found, spacing = dict[str, Noise](), dict[str, float]()
         for run, models in zip(fit.problem.runs, fit.problem.noise, strict=True):
             for samples, noise in zip(run.samples, models, strict=True):
-                found.setdefault(samples.channel, noise)
-        return cls(found)
+                if samples.channel not in found and len(samples.index) > 1:
+                    time = run.recording.time[samples.index]
+                    found[samples.channel] = noise
+                    spacing[samples.channel] = float(np.median(np.diff(time)))
+        return cls(found, spacing)
+
+    def taken(self, channel: str, time: Array) -> NDArray[np.intp]:
+        """Rows, of those at times (rows,) [s], at which a channel is taken."""
+        every = self.spacing.get(channel, 0.0)
+        if every <= 0:
+            return np.arange(len(time))
+        wanted = np.arange(time[0], time[-1] + every / 2, every)
+        return np.unique(np.rint(np.interp(wanted, time, np.arange(len(time)))).astype(np.intp))
 
 
 def imagined(order: Recording, machine: Machine, sensing: Sensing) -> Run:
-    """A run of an order (phi1, phi2) in which every channel reads zero at every row."""
-    channels = dict(order.channels) | {c: np.zeros(len(order.time)) for c in sensing.noise}
+    """A run of an order (phi1, phi2) in which every channel reads zero whenever it is taken."""
+    channels = dict(order.channels)
+    for channel in sensing.noise:
+        channels[channel] = np.full(len(order.time), np.nan)
+        channels[channel][sensing.taken(channel, order.time)] = 0.0
     about = dict(order.metadata)
     if machine.drive == "dc" and machine.controller is not None:
         about["controller"] = machine.controller.line
