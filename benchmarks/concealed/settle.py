@@ -97,9 +97,9 @@ def section() -> list[str]:
         "`python -m benchmarks.concealed.settle`: ambiguous cases of the proof, each diagnosed "
         "again after the proposed program was run on the concealed plant as often as it says; "
         f"{_summary(entries)}. {len(ambiguous())} cases wait in all; those that no engine before "
-        "had run come first, those of largest E_sep before others, which is no random choice; damped "
-        "belts, pairs and what is outside the catalogue were left out so far (the first took "
-        "more than 19 minutes).",
+        "had run come first, those of largest E_sep before others, which is no random choice; "
+        "damped belts, pairs and what is outside the catalogue were left out so far (the first "
+        "took more than 19 minutes).",
         *([f"Before that, some of them by two engines, {_summary(before)}."] if before else []),
         "",
         "| case | planted | before | runs | after |",
