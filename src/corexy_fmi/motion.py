@@ -147,6 +147,11 @@ def follow(
     return Recording(path.name, path.time, channels, path.metadata)
 
 
+def place(phi1: Array, phi2: Array, pulley_radius: float) -> Array:
+    """Where angles (n,) [rad] lead the effector, (2, n) [m], on stiff belts: eq. (1)."""
+    return pulley_radius / 2 * np.array([phi1 + phi2, phi1 - phi2])
+
+
 def row_times(motion: Motion, rate: float) -> Array:
     """The grid of ``rate`` [Hz] with the motion's instants and its end, (n,) in s."""
     grid = np.arange(int(np.floor(motion.duration * rate + SAME_INSTANT)) + 1) / rate
@@ -175,19 +180,16 @@ def check_stage(recording: Recording, machine: Machine) -> None:
     """Raises InputError where the command leaves |x| <= (W - c)/2, |y| <= H/2."""
     check_kind(machine, *BY_EQUATION_1)
     numbers = machine.parameters
-    phi1, phi2, radius = recording["phi1"], recording["phi2"], numbers["pulley_radius"]
+    path = place(recording["phi1"], recording["phi2"], numbers["pulley_radius"])
     limits = {
         "x": (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2,
         "y": numbers["motor_idler_span"] / 2,
     }
-    reach = {
-        "x": float(np.nanmax(np.abs(phi1 + phi2))) * radius / 2,
-        "y": float(np.nanmax(np.abs(phi1 - phi2))) * radius / 2,
-    }
-    for axis, limit in limits.items():
-        if reach[axis] > limit * (1 + 1e-12):
+    for (axis, limit), way in zip(limits.items(), path, strict=True):
+        reach = float(np.nanmax(np.abs(way)))
+        if reach > limit * (1 + 1e-12):
             raise InputError(
-                f"{recording.name}: |{axis}| reaches {reach[axis]:.6g} m and leaves the stage of "
+                f"{recording.name}: |{axis}| reaches {reach:.6g} m and leaves the stage of "
                 f"machine {machine.name!r}, expected at most {limit:.6g} m"
             )
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
-from corexy_fmi.motion import Motion, chain, chirp, circle, command, line, rest, star
+from corexy_fmi.motion import Motion, chain, chirp, circle, command, line, place, rest, star
 from corexy_fmi.recording import Recording, inputs
 from corexy_fmi.shake import shake, slowest
 
@@ -62,9 +62,8 @@ def recorded_limits(recordings: list[Recording], machine: Machine) -> Limits:
     reach, speed, acceleration = np.zeros(2), 0.0, 0.0
     for recording in recordings:
         given = inputs(recording)
-        phi1, phi2 = given["phi1"], given["phi2"]
         grid = np.arange(recording.time[0], recording.time[-1], WINDOW)
-        path = radius / 2 * np.array([phi1 + phi2, phi1 - phi2])
+        path = place(given["phi1"], given["phi2"], radius)
         even = np.array([np.interp(grid, recording.time, p) for p in path])
         velocity = np.diff(even, axis=1) / WINDOW
         change = np.diff(velocity, axis=1) / WINDOW

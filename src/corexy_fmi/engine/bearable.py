@@ -12,6 +12,7 @@ from corexy_fmi.engine.foresee import Sensing, onto, placed
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import Array
+from corexy_fmi.motion import place
 
 HALF_CYCLE = np.pi / ROTOR_TEETH  # [rad] behind its field, where a rotor is let go
 STRAIN = 5.0  # times what recordings stretched the belts; shaken at what it rings at, 12 were seen
@@ -49,6 +50,5 @@ def _falls_out(problem: Problem, shown: Array) -> bool:
 def _stretch(problem: Problem, shown: Array) -> float:
     """How far [m] the effector is from where the motors' angles alone would have it, eq. (1)."""
     phi1, phi2, x, y = shown
-    radius = problem.machine.parameters["pulley_radius"]
-    off = np.array([x, y]) - radius / 2 * np.array([phi1 + phi2, phi1 - phi2])
-    return float(np.abs(off).max())
+    stiff = place(phi1, phi2, problem.machine.parameters["pulley_radius"])
+    return float(np.abs(np.array([x, y]) - stiff).max())
