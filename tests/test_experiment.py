@@ -203,6 +203,18 @@ def test_two_fits_part_by_what_both_show():
     assert Parted(one, one).distance(3) == 0
 
 
+def test_no_fit_parts_from_itself_by_its_micro_step():
+    """What longer steps miss is hidden where a stage was recorded, and shows where it is shaken."""
+    bench = machine("light_bench")
+    fit = fitted(problem(record(bench, programs(LIMITS)["star"]), bench), 0)
+    coarse = replace(fit, problem=replace(fit.problem, coarse=3.0))
+    assert coarse.problem.limit > 2.9 * fit.problem.limit
+    motion = shakings(LIMITS)["shaking"][0]
+    run = imagined(named_command("a", motion, bench), bench, WHITE)
+    one, other = (Foretold.by(f, run, WHITE) for f in (fit, coarse))
+    assert Parted(one, other).here(1) == 0
+
+
 def test_rivals_give_way_as_far_as_their_data_let_them():
     """Two fits of one model that differ in a stiffness: loosely held they meet, and no linear model
     of a stage that rings foretells where; firmly held they stay apart.

@@ -59,9 +59,13 @@ def imagined(order: Recording, machine: Machine, sensing: Sensing) -> Run:
 
 
 def onto(fit: Fit, run: Run, sensing: Sensing) -> Problem:
-    """A fit's problem with one imagined run in place of its own."""
+    """A fit's problem with one imagined run in place of its own.
+
+    By the micro-step that it needs: a longer one, whose errors its own runs hid, would part it on
+    quicker motions from a rival that took another.
+    """
     noise = tuple(sensing.noise[s.channel] for s in run.samples)
-    return replace(fit.problem, runs=(run,), noise=(noise,))
+    return replace(fit.problem, runs=(run,), noise=(noise,), coarse=1.0)
 
 
 def placed(fit: Fit, problem: Problem) -> Array:
