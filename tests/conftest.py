@@ -13,6 +13,8 @@ from corexy_fmi.errors import InputError
 LONG = (  # files that take longest, first: what is left to the end keeps one of two workers alone
     "test_fmu_platforms.py",
     "test_engine_verdicts.py",
+    "test_emps.py",
+    "test_engine_topologies.py",
     "test_kernel.py",
     "test_diagnosis.py",
     "test_voron.py",

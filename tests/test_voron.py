@@ -43,6 +43,12 @@ def recordings(machine):
     }
 
 
+@pytest.fixture(scope="module")
+def retuned(machine, recordings):
+    runs, _ = make_runs(list(recordings.values()), [], machine)
+    return retune(bundled_layout(), machine, tuple(runs))
+
+
 def results():
     return json.loads((RESULTS / "voron.json").read_text(encoding="utf-8"))
 
@@ -114,9 +120,7 @@ def test_the_sensor_is_turned(recordings):
 
 @real
 @pytest.mark.long
-def test_retuning_follows_the_first_mode_and_not_the_rest(machine, recordings):
-    runs, _ = make_runs(list(recordings.values()), [], machine)
-    retuned = retune(bundled_layout(), machine, tuple(runs))
+def test_retuning_follows_the_first_mode_and_not_the_rest(retuned, recordings):
     for r, run in enumerate(retuned.problem.runs):
         channel = [s.channel for s in run.samples].index(DRIVEN[run.name])
         sets = np.array([np.zeros_like(retuned.u), retuned.u])
@@ -129,12 +133,11 @@ def test_retuning_follows_the_first_mode_and_not_the_rest(machine, recordings):
 
 @real
 @pytest.mark.long
-def test_retuning_goes_on_from_more_than_the_best_start(machine, recordings, monkeypatch):
+def test_retuning_goes_on_from_more_than_the_best_start(machine, retuned, monkeypatch):
     """Under white noise as small as the sensor's the starts are judged by the wrong measure."""
-    runs, _ = make_runs(list(recordings.values()), [], machine)
-    several = retune(bundled_layout(), machine, tuple(runs))
     monkeypatch.setattr("corexy_fmi.engine.retune.AHEAD", 1)
-    assert several.cost < retune(bundled_layout(), machine, tuple(runs)).cost - 5.0
+    alone = retune(bundled_layout(), machine, retuned.problem.runs)
+    assert retuned.cost < alone.cost - 5.0
 
 
 @real
