@@ -30,12 +30,13 @@ from corexy_fmi.engine.entries import (
     without_idle,
 )
 from corexy_fmi.engine.fit import Fit, Mapper
+from corexy_fmi.engine.kindred import kindred
 from corexy_fmi.engine.one_noise import under_one_noise
 from corexy_fmi.engine.overtones import overtone_fits
 from corexy_fmi.engine.pairs import pairs
 from corexy_fmi.engine.pulses import pulse_fits
 from corexy_fmi.engine.rough import softened
-from corexy_fmi.engine.search import CLOSE, FINALISTS, rank, search
+from corexy_fmi.engine.search import CLOSE, FINALISTS, margin, rank, search
 from corexy_fmi.engine.whole import with_whole_counts
 
 
@@ -66,6 +67,12 @@ def _halved(entry: Entry) -> Entry:
     return Entry(fit.problem.hypothesis, fit, entry.gain + rank(entry.fit) - rank(fit))
 
 
+def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
+    """Fits that something is explained by, and hardly less than by the best of them."""
+    least = min(rank(fits[0]) + margin(base, fits[0]), base.cost - THRESHOLD) if fits else 0.0
+    return [f for f in fits if rank(f) < least]
+
+
 def compete(
     base: Fit,
     mapper: Mapper,
@@ -76,6 +83,7 @@ def compete(
     singles = hypotheses(base.problem, base.u, without)
     tell("fitting every effect at every place")
     fits = search(base, singles, mapper, FINALISTS)
+    fits = sorted([*fits, *kindred(_ahead(base, fits), singles, mapper)], key=rank)
     fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from corexy_fmi.engine.again import polished, shaken
 from corexy_fmi.engine.entries import THRESHOLD, form_floor
 from corexy_fmi.engine.fit import Fit, Mapper
+from corexy_fmi.engine.kindred import kindred
 from corexy_fmi.engine.overtones import alone, overtone_fits
 from corexy_fmi.engine.resolution import at_resolution
 from corexy_fmi.engine.search import rank, search
@@ -41,7 +42,7 @@ def pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper)
         return []
     pulses = overtone_fits(named[0], found, mapper)
     fits += map(alone, pulses)
-    found = sorted([*mapper(whole, found), *pulses], key=rank)
+    found = sorted([*mapper(whole, found), *pulses, *kindred(found, singles, mapper)], key=rank)
     single = polished(named[0], found[0])
     fits[fits.index(named[0])] = named[0] = single
     found[0] = _completed(single, found[0], base, mapper)

@@ -1,0 +1,64 @@
+"""Detents are begun from the soft field that stood for them."""
+
+import numpy as np
+import pytest
+from engine_kit import fitted, machine, problem, record, rich_motion, with_effects
+
+from corexy_fmi.engine.fit import minimise, settle
+from corexy_fmi.engine.kindred import kindred
+from corexy_fmi.engine.screen import screen
+from corexy_fmi.engine.search import long_fit
+from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
+
+TRUTH = {"torque": 0.05, "phase": -2.5, "holding_torque": 0.365, "damping": 1e-3}
+NOISE = 4e-6  # [m]
+DETENTS = ("detent_torque", "motors")
+
+
+def single(name):
+    return Hypothesis((bundled_layout().find(name, "motors"),))
+
+
+@pytest.fixture(scope="module")
+def shown():
+    truth = with_effects(machine("light_bench"), EffectUse(*DETENTS, TRUTH))
+    return record(truth, rich_motion(), noise=NOISE, tracker=4)
+
+
+@pytest.fixture(scope="module")
+def base(shown):
+    return settle(fitted(problem(shown, machine("light_bench"), std=NOISE)))
+
+
+@pytest.fixture(scope="module")
+def soft(base):
+    (lead,) = screen(base, [single("stepper_compliance")])
+    ends = [long_fit(minimise(lead.problem, start, 5)) for start in lead.starts]
+    return settle(min(ends, key=lambda fit: fit.cost))
+
+
+def test_detents_are_found_from_the_soft_field_that_stood_for_them(base, soft, shown):
+    """As good as from the truth, where their signature promises next to nothing."""
+    singles = [single("detent_torque"), single("stepper_compliance"), single("backlash")]
+    (found,) = kindred([base, soft], singles, map)
+    best = settle(minimise(found.problem, planted(found.problem), 15))
+    assert found.cost == pytest.approx(best.cost, abs=5.0)
+    assert base.cost - found.cost > 10 * screen(base, singles[:1])[0].gain
+    assert found.value("detent_torque.motors.torque") == pytest.approx(0.05, rel=0.2)
+
+
+def planted(chosen):
+    """Internal vector of the truth but for what retuning finds."""
+    u = np.zeros(chosen.size)
+    for k, unknown in enumerate(chosen.unknowns):
+        place, _, name = unknown.key.rpartition(".")
+        if place == ".".join(DETENTS):
+            u[k] = unknown.internal(TRUTH[name])
+    return u
+
+
+def test_nothing_is_begun_where_no_rotor_is_free_or_nothing_else_frees_it(base, soft):
+    assert kindred([base], [single("detent_torque")], map) == []
+    assert kindred([base, soft], [single("stepper_compliance"), single("backlash")], map) == []
