@@ -46,8 +46,11 @@ def recorded(chosen, truth, motion, seed):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("uses", [(STRIBECK,), (DELAY,), ()], ids=["friction", "delay", "null"])
-@pytest.mark.parametrize("topology", list(PARAMETERS))
+@pytest.mark.parametrize(
+    ("topology", "uses"),
+    [("cartesian", (DELAY,)), ("h_frame", (STRIBECK,)), *((t, ()) for t in PARAMETERS)],
+    ids=["cartesian-delay", "h_frame-friction", *(f"{t}-null" for t in PARAMETERS)],
+)
 def test_what_is_planted_is_named(topology, uses):
     chosen = machine(topology)
     numbers = chosen.parameters | {"carriage_mass": 0.22, "belt_axial_stiffness": 8500.0}
