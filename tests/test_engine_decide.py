@@ -85,3 +85,4 @@ def test_a_silent_end_of_the_same_recording_confirms_nothing(weak, word):
 def test_an_effect_that_gains_nothing_on_mute_data_stands_beside_retuned_parameters():
     found = decide(competition(SURELY, 70.0), proof(-0.3, contrasts=(0.8,)))
     assert found.classes == (((("first", "x"),), ()),)
+    assert found.unseen

@@ -29,7 +29,7 @@ from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.parted import Foretold, Parted
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import EffectUse
-from corexy_fmi.motion import check_stage, command
+from corexy_fmi.motion import chain, check_stage, command, line, rest
 from corexy_fmi.programs import (
     LONGEST,
     TURNS,
@@ -86,9 +86,9 @@ def ambiguous():
     return truth, train, judge, diagnose(train, judge, machine(name), without=FEW)
 
 
-def repeated(truth, order, n):
+def repeated(truth, order, n, noise=CASES[WEAK][2]["noise"]):
     """What the truth shows on an order, under fresh noise."""
-    noise, random = CASES[WEAK][2].get("noise", NOISE), np.random.default_rng(90 + n)
+    random = np.random.default_rng(90 + n)
     shown = simulate(truth, order)
     measured = {c: shown[c] + noise * random.normal(size=len(shown)) for c in ("x", "y")}
     return replace(order, name=f"{n}.csv", channels={**order.channels, **measured})
@@ -107,6 +107,27 @@ def test_the_next_experiment_settles_an_ambiguous_verdict():
     assert settled.document["verdict"] == "explained"
     assert named(settled.document) == {("pulley_eccentricity", "pulley3")}
     assert settled.experiment is None
+
+
+@pytest.mark.long
+def test_what_is_kept_back_and_shows_nothing_is_made_good():
+    """A cause that is sure, and a move of a millimetre kept back, by chance against it: the program
+    is to judge.
+    """
+    shape = {"amplitude": 3e-5, "phase": 0.5}
+    truth = with_effects(machine(), replace(CASES[WEAK][0][0], parameters=shape))
+    little = chain(rest((0, 0), 0.2), line((0, 0), (1e-3, 0), 1e-2, 0.1), rest((1e-3, 0), 0.2))
+    train, judge = [record(truth, rich_motion())], [record(truth, little, "judge.csv", seed=4)]
+    found = diagnose(train, judge, machine(), without=FEW)
+    (cause,) = found.document["ambiguous_between"]
+    assert cause == [{"name": "pulley_eccentricity", "location": "pulley3"}]
+    assert found.experiment.kept_back
+    assert "--holdout" in found.experiment.why
+    runs = range(found.experiment.times)
+    again = [repeated(truth, found.experiment.order, n, NOISE) for n in runs]
+    settled = diagnose(train, [*judge, *again], machine(), without=FEW)
+    assert settled.document["verdict"] == "explained"
+    assert named(settled.document) == {("pulley_eccentricity", "pulley3")}
 
 
 def test_it_stays_within_what_was_recorded():

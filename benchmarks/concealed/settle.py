@@ -76,7 +76,8 @@ def settled(name: str, wish: dict[str, Any]) -> dict[str, Any]:
     if proposed is not None:
         entry |= {"why": proposed.why, "times": proposed.times}
     if proposed is not None and proposed.times is not None:
-        after = diagnose([*train, *performed(case, proposed)], holdout, machine, jobs=1)
+        (holdout if proposed.kept_back else train).extend(performed(case, proposed))
+        after = diagnose(train, holdout, machine, jobs=1)
         entry["after"] = _said(after, case)
     return entry | {"commit": commit()}
 

@@ -46,8 +46,8 @@ def test_concealed_backlash_is_named(tmp_path: Path) -> None:
 class Oracle:
     """In place of the engine: proposes a stroke so many ``times``, and remembers."""
 
-    def __init__(self, times: int, reach: float = 0.002) -> None:
-        self.times, self.reach = times, reach
+    def __init__(self, times: int, reach: float = 0.002, kept_back: bool = False) -> None:
+        self.times, self.reach, self.kept_back = times, reach, kept_back
         self.seen: list[tuple[list[str], list[str]]] = []
 
     def __call__(
@@ -61,7 +61,8 @@ class Oracle:
             to, fro = (line(*way, 0.02, 0.5) for way in (ends, ends[::-1]))
             motion = chain(rest(ends[0], 0.2), to, fro, rest(ends[0], 0.2))
             write_recording(named_command("n.csv", motion, machine), folder / "next_experiment.csv")
-        proposed = {"why": "the stroke parts them", "program": "next_experiment.csv"}
+        proposed = {"why": "the stroke parts them", "program": "next_experiment.csv",
+                    "kept_back": self.kept_back}  # fmt: skip
         return {"verdict": "ambiguous" if open_still else "explained",
                 "next_experiment": proposed if open_still else None}  # fmt: skip
 
@@ -95,6 +96,14 @@ def test_what_is_proposed_is_driven_and_diagnosed_with_the_rest(
     assert max(made["phi1"]) == pytest.approx(0.002 / 5e-3, abs=1e-3)
     assert made.measured == ("x", "y")
     assert not (tmp_path / "next_experiment.csv").exists()  # it was of the first diagnosis
+
+
+def test_what_is_to_judge_is_kept_back(
+    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    oracle = Oracle(1, kept_back=True)
+    commission_with(oracle, rig, tmp_path, monkeypatch)
+    assert oracle.seen[1] == (["commissioning.csv"], ["holdout.csv", "experiment1.csv"])
 
 
 def test_a_verdict_that_stays_open_ends_all_the_same(

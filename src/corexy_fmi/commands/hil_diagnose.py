@@ -65,8 +65,9 @@ def commission(
             break
         say(f"ambiguous; next: {proposed['why']}")
         order = read_recording(setup.out / proposed["program"])
+        use = holdouts if proposed["kept_back"] else trains
         try:
-            trains.append(drive(EXPERIMENT.format(number), order))
+            use.append(drive(EXPERIMENT.format(number), order))
         except InputError as error:
             say(f"the proposed motion is left out: {error}")
             break

@@ -117,7 +117,11 @@ def diagnose(
     if loops := as_rows(proof):
         paper["repeats"] = loops
     if experiment is not None:
-        paper["next_experiment"] = {"why": experiment.why, "program": experiment.order.name}
+        paper["next_experiment"] = {
+            "why": experiment.why,
+            "program": experiment.order.name,
+            "kept_back": experiment.kept_back,
+        }
     shown = exhibit(verdict, competition, fit, proof, machine, told_first)
     tell("done", 1.0)
     return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)

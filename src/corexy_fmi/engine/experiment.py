@@ -26,18 +26,21 @@ FILE = "next_experiment.csv"
 RIVALS = 4
 SETTLES = 30.0  # [1] E_sep: 15 +- 5.5 nats for the true one, 2.9 TEMPERATURE + 5.5 are needed
 MOST = 20  # repeats
+UNSEEN = ", given with --holdout: what was kept back does not show the cause"
 TRIES = 3  # programs whose promise is looked into
 
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
     """A program for the machine, and why: ``order`` holds phi1, phi2 [rad]; run ``times`` times it
-    should settle the verdict, None where no number up to ``MOST`` does.
+    should settle the verdict, None where no number up to ``MOST`` does; ``kept_back``, as data that
+    judge, where those that did show nothing.
     """
 
     order: Recording
     why: str
     times: int | None = None
+    kept_back: bool = False
 
 
 def rivals(verdict: Verdict, competition: Competition) -> list[Fit]:
@@ -90,7 +93,10 @@ def next_experiment(
         return None
     best, (times, told) = _soonest(parted, most, mapper)
     why = _why(list(orders)[best], fits, told, times, most)
-    return Experiment(chosen[best], why, times if times <= most else None)
+    if times > most:
+        return Experiment(chosen[best], why)
+    why += UNSEEN if verdict.unseen else ""
+    return Experiment(chosen[best], why, times, verdict.unseen)
 
 
 def _orders(limits: Limits, machine: Machine) -> dict[str, list[Recording]]:

@@ -23,7 +23,7 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 class Verdict:
     """The word, the entry it stands on, the classes of equals, what shows that it is so, the winner
     that was refuted, what that left over, what the fit that stands leaves, and where simple laws
-    would explain the mismatch.
+    would explain the mismatch.  ``unseen``: no data kept back show the entry.
     """
 
     word: str
@@ -34,6 +34,7 @@ class Verdict:
     left: Leftover | None = None
     stands: Leftover | None = None
     sites: tuple[Site, ...] = ()
+    unseen: bool = False
 
     @property
     def places(self) -> list[str]:
@@ -135,7 +136,7 @@ def _unseen(best: Entry, proof: Proof, weak: bool) -> Verdict:
         return _refuted(best)
     if not weak and all(gain > 0 for gain in proof.gains("holdout")):
         return Verdict("explained", best)
-    return Verdict("ambiguous", best, ((best.hypothesis.key, ()),))
+    return Verdict("ambiguous", best, ((best.hypothesis.key, ()),), unseen=True)
 
 
 def _undisputed(best: Entry, proof: Proof | None) -> bool:
