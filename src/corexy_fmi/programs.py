@@ -81,6 +81,8 @@ def programs(limits: Limits) -> dict[str, Motion]:
     return {
         "strokes": _fitted(lambda k: _strokes(k * x, k * y, fast, a)),
         "slow strokes": _fitted(lambda k: _strokes(k * x, k * y, fast / 3, a)),
+        "strokes along x": _fitted(lambda k: _through([(k * x, 0), (-k * x, 0), (0, 0)], fast, a)),
+        "strokes along y": _fitted(lambda k: _through([(0, k * y), (0, -k * y), (0, 0)], fast, a)),
         "slow reversals": _fitted(lambda k: _reversals(k * small / 5, slow, a)),
         "quick reversals": _fitted(lambda k: _reversals(k * small / 3, fast, a)),
         "star": _fitted(lambda k: star(k * small, 8, fast, a)),

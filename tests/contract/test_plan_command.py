@@ -28,7 +28,7 @@ def test_plan_tells_sizes_and_writes_programs(corexy_process, tmp_path, lines):
     assert "axis_skew" in done.stdout
     assert "sensor_lag at sensor" in done.stdout  # beside a delay its only near twin
     files = sorted((tmp_path / "programs").glob("*.csv"))
-    assert len(files) == 8
+    assert len(files) == 10
     for path in files:
         order = read_recording(path)
         assert set(order.channels) == {"phi1", "phi2"}
