@@ -1,6 +1,7 @@
 """Machine files: read, written back the same, and refused with one line where they are wrong."""
 
 import pickle
+from dataclasses import replace
 
 import pytest
 
@@ -93,6 +94,16 @@ def test_bundled_machines_load_by_name_folder_and_file(tmp_path):
         assert list(machine.parameters) == [p.name for p in machine.kind.parameters]
     save_machine(load_machine("gt2_printer"), tmp_path / "machine.toml")
     assert load_machine(tmp_path) == load_machine("gt2_printer")
+
+
+def test_a_bundled_name_means_the_bundled_machine_wherever_it_stands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    own = replace(load_machine("light_bench"), name="own")
+    (tmp_path / "yin2018").mkdir()
+    save_machine(own, tmp_path / "yin2018" / "machine.toml")
+    assert load_machine("yin2018").name == "yin2018"
+    assert load_machine("./yin2018").name == "own"
+    assert load_machine(tmp_path / "yin2018").name == "own"
 
 
 @pytest.mark.parametrize("name", ["yin2018", "yin2018_dc", "light_bench"])
