@@ -43,7 +43,7 @@ test-long: bootstrap
 	@$(PYTHON) -m pytest $(TWO) -m long --junitxml=out/tests-long.xml
 
 test-plant: bootstrap
-	@$(PYTHON) -m pytest -n 2 --dist worksteal benchmarks/concealed -m "not long" --junitxml=out/tests-plant.xml
+	@$(PYTHON) -m pytest benchmarks/concealed -m "not long" --junitxml=out/tests-plant.xml
 
 coverage: bootstrap
 	@$(PYTHON) -m pytest $(TWO) --cov=src --cov-report=term:skip-covered --cov-fail-under=90
