@@ -91,16 +91,13 @@ def _floats(numbers: dict[str, Any]) -> dict[str, float]:
 
 def _find(path_or_name: str | Path) -> Path:
     """The file that is meant; a bundled name is one whatever stands here, ./NAME is a file."""
-    bundled, path = models_folder() / path_or_name / "machine.toml", Path(path_or_name)
-    if path_or_name in machine_names():
-        return bundled
+    path, known = Path(path_or_name), machine_names()
+    if path_or_name in known:
+        return models_folder() / path_or_name / "machine.toml"
     if path.is_dir() and (path / "machine.toml").is_file():
         return path / "machine.toml"
     if path.exists() or path.suffix:
         return path
-    if bundled.is_file():
-        return bundled
-    known = machine_names()
     hint = nearest(str(path_or_name), known)
     raise InputError(
         f"machine {str(path_or_name)!r}: no such file or bundled machine, "
