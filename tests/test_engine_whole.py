@@ -65,4 +65,4 @@ def test_a_competition_ends_with_whole_steps():
     jumps = [e for e in entries if e.hypothesis.key == (PLACE,)]
     assert len(jumps) == 1
     assert round(jumps[0].fit.value(STEPS)) in (1, 2)
-    assert dict(jumps[0].hypothesis.counts)[STEPS] in (1, 2)
+    assert dict(jumps[0].hypothesis.held)[STEPS] in (1, 2)

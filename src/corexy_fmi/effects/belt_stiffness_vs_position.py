@@ -49,6 +49,7 @@ EFFECT = Effect(
             1.0,
             (0.0, 1.0),
             default=0.0,
+            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("belt", stiffness),),

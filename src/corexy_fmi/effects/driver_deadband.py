@@ -44,6 +44,7 @@ EFFECT = Effect(
             1.0,
             (1.0, 0.0),
             default=1.0,
+            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("motor", bridge),),

@@ -66,6 +66,7 @@ EFFECT = Effect(
             10.0,
             (0.0, 1.0),
             default=0.0,
+            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("guide", friction),),

@@ -53,6 +53,7 @@ EFFECT = Effect(
             1.0,
             (0.5,),
             default=1.0,
+            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("torque", ripple),),

@@ -20,8 +20,12 @@ Z95 = 1.959963984540054
 
 
 def covariance(fit: Fit) -> Array:
-    """Covariance (size, size) of the internal vector, from the Jacobian at the fit."""
+    """Covariance (size, size) of the internal vector, from the Jacobian at the fit; a share of two
+    laws is no less sure than that its 95 % interval reaches from one to the other.
+    """
     normal = fit.jacobian.T @ fit.jacobian
+    for k, unknown in enumerate(fit.problem.unknowns):
+        normal[k, k] += (Z95 / unknown.span) ** 2 if unknown.span else 0.0
     scale = np.sqrt(np.diag(normal)) + 1e-12
     correlation = normal / np.outer(scale, scale) + 1e-10 * np.eye(len(normal))
     return np.asarray(np.linalg.pinv(correlation, hermitian=True) / np.outer(scale, scale))

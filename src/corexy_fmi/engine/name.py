@@ -30,6 +30,7 @@ from corexy_fmi.engine.entries import (
     without_idle,
 )
 from corexy_fmi.engine.fit import Fit, Mapper
+from corexy_fmi.engine.forms import at_forms
 from corexy_fmi.engine.kindred import kindred
 from corexy_fmi.engine.one_noise import under_one_noise
 from corexy_fmi.engine.overtones import overtone_fits
@@ -103,5 +104,5 @@ def compete(
     entries = sorted(unique.values(), key=lambda e: -e.gain)
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
     base, entries = under_one_noise(*matched(base, entries), mapper)
-    entries = _told_by_parity(catalogue_first(_against_sets(without_idle(entries))))
-    return ranked(base, entries)
+    entries = without_idle(at_forms(entries, mapper))
+    return ranked(base, _told_by_parity(catalogue_first(_against_sets(entries))))

@@ -85,9 +85,9 @@ class Problem:
         if self.hypothesis.law:
             write_law(self.layout, base, self.hypothesis.law)
             unknowns += law_unknowns(self.layout, self.hypothesis.law)
-        counts = dict(self.hypothesis.counts)
-        held = (x.near(counts[x.key]) if x.key in counts else x for x in unknowns)
-        object.__setattr__(self, "unknowns", tuple(held))
+        held = dict(self.hypothesis.held)
+        near = (x.near(held[x.key]) if x.key in held else x for x in unknowns)
+        object.__setattr__(self, "unknowns", tuple(near))
         object.__setattr__(self, "base", base)
         limit = 0.0 if self.pinned else self._limit(base)
         object.__setattr__(self, "limit", limit)

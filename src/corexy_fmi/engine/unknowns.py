@@ -27,7 +27,7 @@ STIFFNESS = (
 SMOOTHING, AT_PULLEYS = NUMERICS  # nuisances, always free (ENGINE 3.2, row 1)
 SMOOTH_SPEED, OTHER = 2e-4, 1.5  # [m/s] scale of one; log of the other's
 REACH = 6.0  # a nominal parameter stays within this factor of the machine file
-WITHIN = 0.02  # share by which a count of steps may be off: the radius is not known any better
+WITHIN = 0.02  # share by which what is held may be off: a radius is not known any better
 ANY_EXTENT = {"1": math.inf, "Hz": math.inf}  # turns of a motor, seconds
 COLLINEAR = {"pulley_mass": ("bridge_mass", 4)}  # held: four of it act as that does, in M (eq. 4)
 
@@ -53,6 +53,7 @@ class Unknown:
     held: float = 0.0  # what acts as it does, is not fitted, and grows with the unit of force, too
     mirror: tuple[int, float] | None = None  # another index, and what its value is of this one's
     allowed: tuple[float, float] | None = None  # the catalogue's bounds, where a fit's are narrower
+    span: float = 0.0  # between the laws that it is a share of, on the internal scale
 
     def value(self, u: Array | float) -> Array:
         """Physical value at u."""
@@ -68,10 +69,11 @@ class Unknown:
         inside = min(max(value, self.bounds[0]), self.bounds[1])
         return math.log(inside / self.centre) if self.log else (inside - self.centre) / self.scale
 
-    def near(self, count: int) -> Unknown:
-        """The same, held near a whole number."""
-        away = WITHIN * abs(count)
-        return replace(self, bounds=(count - away, count + away), allowed=self.bounds)
+    def near(self, number: float) -> Unknown:
+        """The same, held near a count, or where it is a share at a number."""
+        away, (low, high) = 0.0 if self.span else WITHIN * abs(number), self.bounds
+        near = (max(number - away, low), min(number + away, high))
+        return replace(self, bounds=near, allowed=self.bounds)
 
     def range(self) -> tuple[float, float]:
         """Of u, what the catalogue allows."""
@@ -92,7 +94,7 @@ class Hypothesis:
     uses: tuple[Instance, ...] = ()
     law: LawShape | None = None
     shaped: bool = False  # parameters of an effect's shape are fitted too
-    counts: tuple[tuple[str, int], ...] = ()  # unknowns held near a whole number (`whole.py`)
+    held: tuple[tuple[str, float], ...] = ()  # unknowns near a number (`whole.py`, `forms.py`)
 
     @property
     def key(self) -> tuple[tuple[str, str], ...]:
@@ -172,7 +174,9 @@ def _effect_unknown(instance: Instance, k: int, parameter: EffectParameter) -> U
     key = f"{instance.effect.name}.{instance.location}.{parameter.name}"
     wave = log and not parameter.size and any(p.periodic for p in instance.effect.parameters)
     force = _weighs(parameter.unit_at(instance.location))
-    return Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave, force=force)
+    own = Unknown(key, instance.parameter + k, centre, scale, log, bounds, wave=wave, force=force)
+    ends = [own.internal(value) for value in parameter.forms]
+    return replace(own, span=float(np.ptp(ends))) if ends else own
 
 
 def effect_unknowns(

@@ -7,6 +7,7 @@ or as one: what an offset, a loose pulley or a slow drift shows is not taken for
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 
@@ -34,14 +35,14 @@ def with_whole_counts(fits: list[Fit], mapper: Mapper) -> list[Fit]:
 def is_whole(fit: Fit) -> bool:
     """Whether a fit's counts are near whole numbers, or it has none."""
     counts = _counts(fit).values()
-    return bool(fit.problem.hypothesis.counts) or all(_near(value) for value in counts)
+    return bool(fit.problem.hypothesis.held) or all(_near(value) for value in counts)
 
 
 def whole(fit: Fit) -> Fit:
     """The fit with its counts held near the whole numbers beside them that cost least."""
     if is_whole(fit):
         return fit
-    return settle(best([_held(fit, counts) for counts in _beside(_counts(fit))]))
+    return settle(best([held(fit, counts) for counts in _beside(_counts(fit))]))
 
 
 def _counts(fit: Fit) -> dict[str, float]:
@@ -78,8 +79,10 @@ def _beside(found: dict[str, float]) -> list[dict[str, int]]:
     return [dict(zip(found, s, strict=True)) for s in sets[:MOST]]
 
 
-def _held(fit: Fit, counts: dict[str, int]) -> Fit:
-    """The fit once more with its counts held."""
-    hypothesis = replace(fit.problem.hypothesis, counts=tuple(counts.items()))
-    problem = replace(fit.problem, hypothesis=hypothesis)
+def held(fit: Fit, numbers: Mapping[str, float]) -> Fit:
+    """The fit once more with unknowns held near numbers, beside those that it holds already."""
+    both = {**dict(fit.problem.hypothesis.held), **numbers}
+    problem = replace(
+        fit.problem, hypothesis=replace(fit.problem.hypothesis, held=tuple(both.items()))
+    )
     return minimise(problem, np.clip(fit.u, *problem.limits()), AGAIN)
