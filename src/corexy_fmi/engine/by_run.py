@@ -63,7 +63,8 @@ def _waves(
         gains.append(gain)
         spare = max(spare, spare_of(gram))
     size = float(np.average(sizes, weights=np.array(gains) + 1e-9))
-    return Score(sum(gains), grown(instance, values, max(size, 0.02)), size + spare)
+    larger = grown(instance, values, max(size, 0.02))
+    return Score(sum(gains), larger, size + spare, rows[0])
 
 
 def _jumps(
@@ -92,7 +93,7 @@ def _jumps(
         larger = grown(instance, rows[0], factor)[size.name]
         values[f"{size.name}@{run.name}"] = larger if gain > SHOWS else size.neutral
         values[f"{timed}@{run.name}"] = time
-    return Score(sum(b[0] for b in best), values, max(b[3] for b in best))
+    return Score(sum(b[0] for b in best), values, max(b[3] for b in best), rows[0])
 
 
 def _better(

@@ -143,16 +143,15 @@ def _determined(fit: Fit, k: int, spread: Array) -> bool:
     return min(u + reach, high) - max(u - reach, low) < WHOLE * (high - low)
 
 
-def upper_bound(lead: Lead, bound: float) -> dict[str, object]:
-    """The ``not_excluded`` entry of a lead; its size is ``bound`` times its start at most."""
+def upper_bound(lead: Lead) -> dict[str, object]:
+    """The ``not_excluded`` entry of a lead."""
     instance = lead.hypothesis.uses[-1]
     size = instance.effect.size
-    start, unit = max(abs(s) for s in size.starts), size.unit_at(instance.location)
+    value, parameter, unit = lead.bound, size.name, size.unit_at(instance.location)
     if size.scaling < 0:  # the rigid limit is at infinity: bound its inverse
-        value, parameter, unit = bound / start, f"1/{size.name}", f"1/({unit})"
+        parameter, unit = f"1/{parameter}", f"1/({unit})"
     else:
-        value = min(size.neutral + bound * abs(start - size.neutral), size.upper)
-        parameter = size.name
+        value = min(size.neutral + value, size.upper)
     return {
         "name": instance.effect.name,
         "location": instance.location,

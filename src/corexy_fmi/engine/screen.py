@@ -27,6 +27,7 @@ from corexy_fmi.engine.signature import (
 )
 from corexy_fmi.engine.spread import Spread, spread
 from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.untold import untold
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
@@ -38,7 +39,7 @@ BESIDE = 0.25  # of a start, in every unknown: it would end where that does
 class Lead:
     """A hypothesis added to a ``base`` fit: linear gain [nats], internal vectors to start from.
 
-    ``bound`` is how many times its start's size the effect may have at most, at 95 %.
+    ``bound``: the strength that the effect may have at most, at 95 % (`untold.py`); 0: not asked.
     """
 
     hypothesis: Hypothesis
@@ -74,8 +75,7 @@ def _lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, offered: Spr
     top = float(gains[order[0]])
     kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
     linear = max(found[0].gain, top)
-    bound = max(score.bound for score in found)
-    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base, bound)
+    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base)
 
 
 def apart(starts: Array, gains: Array) -> list[int]:
@@ -115,8 +115,8 @@ def bounds(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> lis
     def one(hypothesis: Hypothesis) -> Lead:
         problem = replace(base.problem, hypothesis=hypothesis)
         found = _scored(behind, problem, hypothesis.uses[-1], offered)
-        gain, bound = found[0].gain, max(score.bound for score in found)
-        return Lead(hypothesis, problem, gain, (), base, bound)
+        bound = untold(hypothesis.uses[-1], found)
+        return Lead(hypothesis, problem, found[0].gain, (), base, bound)
 
     return list(mapper(one, candidates))  # type: ignore[operator]
 

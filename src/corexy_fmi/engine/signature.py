@@ -98,11 +98,14 @@ def spare_of(gram: Array) -> float:
 
 @dataclass(frozen=True)
 class Score:
-    """One start: its linear gain [nats], its grown values, and the largest factor at 95 %."""
+    """One start (of those that differ by a phase the first): its linear gain [nats], its grown
+    values, the largest factor at 95 %, and its own values.
+    """
 
     gain: float
     values: Mapping[str, float]
     bound: float
+    row: Mapping[str, float]
 
 
 def _scored(
@@ -115,12 +118,12 @@ def _scored(
         gain, factors = gain_many(products, gram)
         factor, angle = combined(rows, factors, phase)
         larger = grown(instance, {**rows[0], phase.name: angle}, max(factor, 0.02))
-        return Score(gain, larger, factor + spare)
+        return Score(gain, larger, factor + spare, rows[0])
     gain, factor = gain_one(float(products[0]), float(gram[0, 0]))
     bound = abs(factor) + spare
     if size.lower >= 0 and factor <= 0 and len(instance.effect.sizes) == 1:
         gain, factor = 0.0, 0.05
-    return Score(gain, grown(instance, rows[0], factor), bound)
+    return Score(gain, grown(instance, rows[0], factor), bound, rows[0])
 
 
 def _shy(instance: Instance, row: Mapping[str, float], score: Score) -> list[Score]:

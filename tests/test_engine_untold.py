@@ -1,0 +1,95 @@
+"""How strong an effect may be and not be told."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from engine_kit import machine, problem, record, rich_motion
+
+from corexy_fmi.effects import catalogue
+from corexy_fmi.engine.beyond import beyond
+from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.model import upper_bound
+from corexy_fmi.engine.screen import bounds
+from corexy_fmi.engine.signature import Score, changes, row_of
+from corexy_fmi.engine.untold import untold
+from corexy_fmi.kernel.layout import bundled_layout
+
+TOLD = 1.645  # standard deviations that a bound leaves
+LAYOUT = bundled_layout()
+
+
+def score(bound, **row):
+    return Score(0.0, row, bound, row)
+
+
+@cache
+def nothing(name):
+    """The retuned machine on a recording in which nothing is missing."""
+    chosen = problem(record(machine(name), rich_motion()), machine(name))
+    return minimise(chosen, np.zeros(chosen.size), 6)
+
+
+def bound(name, place, nominal):
+    base = nothing(nominal)
+    with_it = problem(record(machine(nominal), rich_motion()), machine(nominal), [(name, place)])
+    (lead,) = bounds(base, [with_it.hypothesis])
+    return base, with_it, upper_bound(lead)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "nominal", "others"),
+    [
+        ("constant_force", "x", "yin2018", {}),
+        ("belt_damping", "belts", "light_bench", {}),
+        ("quadratic_drag", "y", "light_bench", {}),
+        ("stribeck_friction", "x", "yin2018", {"speed": 0.004, "pointed": 0.0}),
+        ("driver_deadband", "motors", "yin2018_dc", {"lost": 0.0}),
+        ("racking", "bridge", "yin2018", {}),
+    ],
+)
+def test_at_its_bound_an_effect_is_just_told(name, place, nominal, others):
+    """Whatever the starts: what it changes beyond retuning is as large as noise lets pass."""
+    base, with_it, row = bound(name, place, nominal)
+    (instance,) = with_it.hypothesis.uses
+    size = instance.effect.size
+    value = 1 / row["upper95"] if size.scaling < 0 else row["upper95"]
+    values = {p.name: p.starts[0] for p in instance.effect.parameters} | others
+    u = with_it.carried(base.problem, base.u)
+    start = row_of(with_it, u, instance, values | {size.name: value})
+    _, gram = beyond(base).of(changes(base, with_it, start[None]))
+    assert 0.8 * TOLD < np.sqrt(gram[0, 0]) < 4 * TOLD
+
+
+def test_starts_of_one_law_that_is_linear_say_the_same():
+    force = LAYOUT.find("constant_force", "x")
+    rows = [score(3.0 / abs(f), force=f) for f in force.effect.size.starts]
+    assert untold(force, rows) == pytest.approx(3.0)
+
+
+def test_a_size_below_which_nothing_happens_is_bounded_by_the_first_that_is_told():
+    band = LAYOUT.find("driver_deadband", "motors")
+    rows = [score(b, voltage=v, lost=1.0) for v, b in ((0.01, 1e9), (0.1, 40.0), (1.5, 0.02))]
+    assert untold(band, rows) == 1.5
+    assert untold(band, rows[1:]) == 1.5
+    assert untold(band, rows[2:]) == pytest.approx(0.03)
+
+
+def test_the_shape_that_is_told_least_counts():
+    peak = LAYOUT.find("stribeck_friction", "x")
+    rows = [
+        score(b, static_ratio=1.8, speed=v, pointed=0.0) for v, b in ((0.004, 2.0), (0.03, 0.1))
+    ]
+    assert untold(peak, rows) == pytest.approx(1.6)
+
+
+def test_what_is_rigid_at_infinity_is_bounded_by_its_inverse():
+    bridge = LAYOUT.find("racking", "bridge")
+    names = {p.name: p.starts[0] for p in bridge.effect.parameters}
+    rows = [score(k / 1000, **(names | {"stiffness": k})) for k in (100.0, 1600.0, 6400.0)]
+    assert untold(bridge, rows) == pytest.approx(1 / 1000)
+
+
+@pytest.mark.parametrize("effect", catalogue().values(), ids=list(catalogue()))
+def test_starts_are_sizes_that_change_something(effect):
+    assert all(start != effect.size.neutral for start in effect.size.starts)
