@@ -6,11 +6,13 @@ both follow from its products with q, so that no change need be projected itself
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.problem import Problem
 from corexy_fmi.kernel.call import Array
 
 WITHIN = 1e-12  # share of a change's square below which what is beyond is rounding
@@ -43,6 +45,16 @@ class Beyond:
         np.fill_diagonal(gram, np.maximum(np.diag(gram), WITHIN * np.diag(whole)))
         return products, gram
 
+    @cached_property
+    def along_unknowns(self) -> Array:
+        """The fit's Jacobian along q, (size, size)."""
+        return np.asarray(self.q.T @ self.fit.jacobian)
+
+    def given_way(self, changes: Array) -> Array:
+        """How far the unknowns (sets, size) go to hide changes (sets, samples) best, linearly."""
+        along = changes @ self.q[: self.samples]
+        return np.asarray(-np.linalg.lstsq(self.along_unknowns, along.T, rcond=None)[0].T)
+
     def gains(self, white: Array) -> Array:
         """Gain [nats] (sets,) of whitened errors (sets, samples) over the fit's, retuned linearly;
         the pulls of the priors stay as they are.
@@ -60,6 +72,18 @@ class Beyond:
         found = (changes @ -self.q[: self.samples]) @ self.q.T
         found[:, : self.samples] += changes
         return np.asarray(found)
+
+
+def at_step_of(behind: Beyond, problem: Problem) -> Beyond:
+    """The same with the fit's residual at another problem's micro-step: what that changes is no
+    effect's.
+    """
+    own = behind.fit.problem
+    if problem.limit == own.limit:
+        return behind
+    finer = replace(own, coarse=own.coarse * problem.limit / own.limit)
+    fit = replace(behind.fit, residual=finer.residual(behind.fit.u[None])[0])
+    return Beyond(fit, behind.q, behind.q.T @ fit.residual)
 
 
 def beyond(fit: Fit) -> Beyond:

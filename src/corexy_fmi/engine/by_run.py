@@ -105,7 +105,9 @@ def _better(
     timed: str,
     best: list[tuple[float, float, float, float]],
 ) -> list[tuple[float, float, float, float]]:
-    """Gain [nats], factor, time and bound of the best row of each run, or what was best before."""
+    """Gain [nats], factor and time of the best row of each run, or what was best before; the
+    largest bound, for a jump may be at whatever time.
+    """
     found = list(best)
     for first in range(0, len(rows), LANES):
         block = rows[first : first + LANES]
@@ -116,7 +118,8 @@ def _better(
             products, gram = beyond.of(change[:, part], part)
             for n, row in enumerate(block):
                 gain, factor = gain_one(float(products[n]), float(gram[n, n]))
-                spare = abs(factor) + spare_of(gram[n : n + 1, n : n + 1])
-                if gain > found[r][0]:
-                    found[r] = (gain, factor, row.get(key, row[timed]), spare)
+                bound = abs(factor) + spare_of(gram[n : n + 1, n : n + 1])
+                ahead = (gain, factor, row.get(key, row[timed]))
+                kept = ahead if gain > found[r][0] else found[r][:3]
+                found[r] = (*kept, max(bound, found[r][3]))
     return found

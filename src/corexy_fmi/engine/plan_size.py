@@ -48,7 +48,7 @@ class Sized:
 
 def sized(instance: Instance, start: dict[str, float], program: str, share_of: Shares) -> Sized:
     """The size at which a share is 1, searched from a start."""
-    size, search = instance.effect.size, _Search()
+    size, search = instance.effect.size, Search()
     values, rivals = start, list[Instance]()
     for _ in range(ROUNDS):
         values = stronger(instance, start, search.place)
@@ -79,10 +79,13 @@ def stronger(instance: Instance, start: dict[str, float], place: float) -> dict[
 
 
 @dataclass
-class _Search:
-    """Where on a logarithmic scale of size a share is 1: secants within what is bracketed."""
+class Search:
+    """Where on a logarithmic scale of size a share is 1: secants within what is bracketed, begun at
+    ``place``.
+    """
 
     place: float = 0.0
+    close: float = CLOSE
     share: float = 0.0
     below: tuple[float, float] | None = None  # place and logarithm of a share below 1, and above
     above: tuple[float, float] | None = None
@@ -90,7 +93,7 @@ class _Search:
     def goes_on(self, share: float) -> bool:
         """Take the share at this place and go to the next; False where it is near enough."""
         self.share, known = share, (self.place, float(np.log(max(share, LEAST))))
-        if abs(known[1]) < CLOSE:
+        if abs(known[1]) < self.close:
             return False
         self.below, self.above = (known, self.above) if known[1] < 0 else (self.below, known)
         if self.below is None or self.above is None:

@@ -8,10 +8,11 @@ and phase follow at once.  It orders the candidates and gives their fits a start
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from corexy_fmi.engine.beyond import Beyond, beyond
+from corexy_fmi.engine.beyond import Beyond, at_step_of, beyond
 from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_places
@@ -22,6 +23,7 @@ from corexy_fmi.engine.signature import (
     changes,
     gain_many,
     row_of,
+    score_of,
     scores,
     within_threshold,
 )
@@ -93,8 +95,13 @@ def _scored(behind: Beyond, problem: Problem, instance: Instance, offered: Sprea
     u = problem.carried(base.problem, base.u)
     if instance.effect.size.over == "threshold":
         offered = replace(offered, threshold=within_threshold(base, problem, instance, u))
-    local = any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
-    return (by_run if local else scores)(behind, problem, instance, u, offered)
+    score = by_run if by_one_run(instance) else scores
+    return score(behind, problem, instance, u, offered)
+
+
+def by_one_run(instance: Instance) -> bool:
+    """Whether an effect's time or phase belongs to one recording."""
+    return any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
 
 
 def _law_lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, u: Array) -> Lead:
@@ -113,9 +120,14 @@ def bounds(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> lis
     behind, offered = beyond(base), spread(base)
 
     def one(hypothesis: Hypothesis) -> Lead:
-        problem = replace(base.problem, hypothesis=hypothesis)
-        found = _scored(behind, problem, hypothesis.uses[-1], offered)
-        bound = untold(hypothesis.uses[-1], found)
+        problem, instance = replace(base.problem, hypothesis=hypothesis), hypothesis.uses[-1]
+        found, u = (
+            _scored(behind, problem, instance, offered),
+            problem.carried(base.problem, base.u),
+        )
+        again = partial(score_of, at_step_of(behind, problem), problem, instance, u)
+        apart = by_one_run(instance) or instance.effect.frees_rotor  # another stage, told or not
+        bound = untold(instance, found, None if apart else again)
         return Lead(hypothesis, problem, found[0].gain, (), base, bound)
 
     return list(mapper(one, candidates))  # type: ignore[operator]

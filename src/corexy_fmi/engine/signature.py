@@ -138,6 +138,28 @@ def _shy(instance: Instance, row: Mapping[str, float], score: Score) -> list[Sco
     return [replace(score, values={**row, size.name: row[size.name] * away**s}) for s in shares]
 
 
+def score_of(
+    beyond: Beyond, problem: Problem, instance: Instance, u: Array, values: Mapping[str, float]
+) -> Score:
+    """The score of an effect with these values, of a wave at any phase, retuning once."""
+    phase = phase_of(instance)
+    rows = [{**values, phase.name: start} for start in phase.starts] if phase else [dict(values)]
+    vectors = np.array([row_of(problem, u, instance, row) for row in rows])
+    return _scored(instance, rows, *beyond.of(_given_way(beyond, problem, vectors), slice(None)))
+
+
+def _given_way(beyond: Beyond, problem: Problem, vectors: Array) -> Array:
+    """Changes (sets, samples + size) by vectors (sets, size), the machine retuned to each by one
+    step of Gauss-Newton: where it hides nearly all, what bends is as large as what is left.
+    """
+    own, moved = beyond.fit.problem, vectors.copy()
+    places = [problem.keys.index(key) for key in own.keys]
+    moved[:, places] += beyond.given_way(changes(beyond.fit, problem, vectors))
+    moved = np.clip(moved, *problem.limits())
+    priors = (moved - vectors)[:, places] * own.prior[1]
+    return np.hstack([changes(beyond.fit, problem, moved), priors])
+
+
 def scores(
     beyond: Beyond, problem: Problem, instance: Instance, u: Array, offered: Spread
 ) -> list[Score]:

@@ -1,40 +1,61 @@
-"""How strong an effect may be and not be told: an upper bound from what its starts would change.
+"""How strong an effect may be and not be told: where its change is as large as noise lets pass.
 
 Each start says by how much it may grow (`signature.py`), as if all grew in proportion.  Many do
 not: a dead band below some voltage does nothing.  So of starts that differ by their size alone the
-largest one that is not told counts, up to the next one, which is.
+largest one that is not told counts, up to the next one, which is; of shapes, the one told least;
+from there the size is searched at which an effect is just told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
 
 from corexy_fmi.effects.api import Parameter
+from corexy_fmi.engine.plan_size import Search, stronger
 from corexy_fmi.engine.signature import Score
 from corexy_fmi.kernel.layout import Instance
 
+ROUNDS, CLOSE = 6, 0.2  # sizes that are tried; log of the share by which the last may be off
+Values = Mapping[str, float]
 
-def untold(instance: Instance, scores: Sequence[Score]) -> float:
+
+def untold(
+    instance: Instance, scores: Sequence[Score], again: Callable[[Values], Score] | None = None
+) -> float:
     """Largest strength of an effect that is not told, at 95 %: of its size's distance from neutral,
-    or of its inverse where the effect shrinks with that.
+    or of its inverse where the effect shrinks with that.  ``again`` scores other values of it; None
+    where its scores are as good as they get.
     """
     size = instance.effect.size
-    shapes: dict[tuple[object, ...], dict[float, float]] = {}
+    shapes: dict[tuple[object, ...], list[Score]] = {}
     for score in scores:
-        own = score.row[size.name]
         others = tuple(v for name, v in score.row.items() if name != size.name)
-        kind = (own > size.neutral, others)
-        shapes.setdefault(kind, {})[_strength(size, own)] = score.bound
-    return max(_between(bounds) for bounds in shapes.values())
+        shapes.setdefault((score.row[size.name] > size.neutral, others), []).append(score)
+    allowed, row = max((_between(size, group) for group in shapes.values()), key=lambda a: a[0])
+    if again is None or not np.isfinite(allowed):
+        return allowed
+    search = Search(float(np.log(allowed / strength(size, row[size.name]))), CLOSE)
+    place = search.place
+    for _ in range(ROUNDS):
+        place = search.place
+        if not search.goes_on(1 / again(stronger(instance, dict(row), place)).bound):
+            break
+    else:  # it jumps: from where on it is told
+        place = search.above[0] if search.above else place
+    return strength(size, stronger(instance, dict(row), place)[size.name])
 
 
-def _strength(size: Parameter, value: float) -> float:
+def strength(size: Parameter, value: float) -> float:
+    """How strong an effect is whose size has a value."""
     return 1 / value if size.scaling < 0 else abs(value - size.neutral)
 
 
-def _between(bounds: dict[float, float]) -> float:
-    """Where between starts the effect begins to be told; ``bounds``: by strength, factors."""
-    known = sorted(bounds)
-    hidden = [n for n, strength in enumerate(known) if bounds[strength] >= 1]
-    last = hidden[-1] if hidden else 0
-    return min(bounds[known[last]] * known[last], *known[last + 1 :], float("inf"))
+def _between(size: Parameter, scores: Sequence[Score]) -> tuple[float, Values]:
+    """Where between starts of one shape the effect begins to be told, and the start below."""
+    known = sorted({strength(size, s.row[size.name]): s for s in scores}.items())
+    ends = [*(above for above, _ in known[1:]), float("inf")]
+    last = max((n for n, (_, score) in enumerate(known) if score.bound >= 1), default=0)
+    own, score = known[last]
+    return min(score.bound * own, ends[last]), score.row
