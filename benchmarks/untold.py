@@ -29,7 +29,6 @@ from corexy_fmi.engine.plan_size import stronger
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.samples import make_run
 from corexy_fmi.engine.screen import bounds
-from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, Machine, load_machine
 from corexy_fmi.motion import chain, circle, command, line, rest
@@ -81,7 +80,7 @@ def retuned(recording: Recording, drive: str) -> Fit:
 
 def bound(fit: Fit, name: str, place: str) -> float:
     """The largest strength of an effect that is not told."""
-    (lead,) = bounds(fit, [Hypothesis((bundled_layout().find(name, place),))])
+    (lead,) = bounds(fit, [bundled_layout().find(name, place)])
     return lead.bound
 
 

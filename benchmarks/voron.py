@@ -29,7 +29,6 @@ from corexy_fmi.engine.document import not_excluded
 from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import bounds
-from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.wiring import fitted, predicted
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
@@ -139,7 +138,7 @@ def foretold(recordings: list[Recording], noise: list[dict[str, float]]) -> list
     layout = bundled_layout()
     runs, _ = make_runs(imagined, imagined, machine)
     base = retune(layout, machine, tuple(runs))
-    leads = bounds(base, [Hypothesis((i,)) for i in instances(layout, machine)])
+    leads = bounds(base, instances(layout, machine))
     return not_excluded(leads, set())
 
 

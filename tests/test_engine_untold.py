@@ -11,12 +11,14 @@ from benchmarks import untold as study
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine.beyond import beyond
 from corexy_fmi.engine.fit import minimise
+from corexy_fmi.engine.free_form import LawShape
 from corexy_fmi.engine.model import upper_bound
 from corexy_fmi.engine.screen import bounds
 from corexy_fmi.engine.signature import Score, changes, row_of
+from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.untold import untold
 from corexy_fmi.kernel.layout import bundled_layout
-from corexy_fmi.machine import EffectUse
+from corexy_fmi.machine import EffectUse, FreeForm
 
 TOLD = 1.645  # standard deviations that a bound leaves
 LAYOUT = bundled_layout()
@@ -36,7 +38,7 @@ def nothing(name):
 def bound(name, place, nominal):
     base = nothing(nominal)
     with_it = problem(record(machine(nominal), rich_motion()), machine(nominal), [(name, place)])
-    (lead,) = bounds(base, [with_it.hypothesis])
+    (lead,) = bounds(base, list(with_it.hypothesis.uses))
     return base, with_it, upper_bound(lead)
 
 
@@ -106,6 +108,33 @@ def test_what_retuning_hides_nearly_whole_is_bounded_by_what_it_leaves():
     truth = replace(study.nominal("stepper"), effects=(use,))
     fits = [study.retuned(study.recorded(truth, seed), "stepper") for seed in (0, 1, 2)]
     assert min(study.bound(fit, "racking", "bridge") for fit in fits) > strength
+
+
+@pytest.mark.parametrize("held", ["law", "shape"])
+def test_bounds_stand_on_all_that_a_fit_holds(held):
+    """A law, and the share of a period that pulses fill."""
+    bare, knots = machine("light_bench"), (-0.1, -0.02, 0.02, 0.1)
+    drag, pulses = FreeForm("x", "vx", knots, (2.0, 0.5, -0.5, -2.0)), {"amplitude": 2.0}
+    fan = EffectUse(
+        "periodic_disturbance", "x", pulses | {"frequency": 3.0, "phase": 0.0, "duty": 0.3}
+    )
+    truth = replace(bare, **({"free_forms": (drag,)} if held == "law" else {"effects": (fan,)}))
+    (use,) = problem(
+        record(bare, rich_motion()), bare, [("periodic_disturbance", "x")]
+    ).hypothesis.uses
+    shapes = {
+        "law": Hypothesis(law=LawShape("x", "vx", knots, 0.5)),
+        "shape": Hypothesis((use,), shaped=True),
+    }
+    chosen = replace(problem(record(truth, rich_motion()), bare), hypothesis=shapes[held])
+    start = np.zeros(chosen.size)
+    for k, x in enumerate(chosen.unknowns):
+        own = x.key.partition("@")[0].rpartition(".")[2]
+        start[k] = x.internal(fan.parameters[own]) if x.key.startswith(fan.name) else 0.0
+    fit, skew = minimise(chosen, start, 8), [LAYOUT.find("axis_skew", "sensor")]
+    (lead,), (plain,) = bounds(fit, skew), bounds(nothing("light_bench"), skew)
+    assert (lead.hypothesis.law, lead.hypothesis.shaped) == (shapes[held].law, shapes[held].shaped)
+    assert 0.3 < lead.bound / plain.bound < 3
 
 
 def test_the_page_shows_the_stored_numbers():

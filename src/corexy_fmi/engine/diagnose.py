@@ -36,7 +36,6 @@ from corexy_fmi.engine.retune import quick, retune
 from corexy_fmi.engine.screen import bounds
 from corexy_fmi.engine.site import beside, sites
 from corexy_fmi.engine.spots import with_finer, with_spot
-from corexy_fmi.engine.unknowns import Hypothesis
 from corexy_fmi.engine.verdict import Verdict
 from corexy_fmi.engine.workers import workers
 from corexy_fmi.kernel.layout import layout_with
@@ -102,11 +101,7 @@ def diagnose(
         weak = not holdout
         verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak, found, rest)
         tell("bounding what was not named", 0.93)
-        others = [
-            Hypothesis((*fit.problem.hypothesis.uses, i))
-            for i in instances(layout, machine, without)
-        ]
-        leads = bounds(quick(fit), others, mapper)
+        leads = bounds(quick(fit), instances(layout, machine, without), mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
         loose = loosened(fit)
     paper = _document(

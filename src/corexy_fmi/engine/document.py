@@ -246,7 +246,7 @@ def heldout(rows: list[dict[str, Any]], weak: bool) -> dict[str, Any]:
 
 def not_excluded(leads: list[Lead], named: set[tuple[str, str]]) -> list[dict[str, Any]]:
     """Upper bounds of every effect and place that was not named."""
-    rows = [upper_bound(lead) for lead in leads if lead.hypothesis.uses]
+    rows = [upper_bound(lead) for lead in leads]
     return [row for row in rows if (row["name"], row["location"]) not in named]
 
 

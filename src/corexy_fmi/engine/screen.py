@@ -115,20 +115,20 @@ def _law_lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, u: Array
     return Lead(hypothesis, problem, gain, (start,), behind.fit)
 
 
-def bounds(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:
-    """Leads of catalogued candidates as far as their bounds go: none is tried as a start."""
-    behind, offered = beyond(base), spread(base)
+def bounds(base: Fit, candidates: list[Instance], mapper: object = map) -> list[Lead]:
+    """Leads of effects on top of what a fit holds, as far as their bounds go: none is tried as a
+    start.
+    """
+    behind, offered, said = beyond(base), spread(base), base.problem.hypothesis
 
-    def one(hypothesis: Hypothesis) -> Lead:
-        problem, instance = replace(base.problem, hypothesis=hypothesis), hypothesis.uses[-1]
-        found, u = (
-            _scored(behind, problem, instance, offered),
-            problem.carried(base.problem, base.u),
-        )
+    def one(instance: Instance) -> Lead:
+        problem = replace(base.problem, hypothesis=replace(said, uses=(*said.uses, instance)))
+        found = _scored(behind, problem, instance, offered)
+        u = problem.carried(base.problem, base.u)
         again = partial(score_of, at_step_of(behind, problem), problem, instance, u)
         apart = by_one_run(instance) or instance.effect.frees_rotor  # another stage, told or not
         bound = untold(instance, found, None if apart else again)
-        return Lead(hypothesis, problem, found[0].gain, (), base, bound)
+        return Lead(problem.hypothesis, problem, found[0].gain, (), base, bound)
 
     return list(mapper(one, candidates))  # type: ignore[operator]
 
