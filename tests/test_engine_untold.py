@@ -95,6 +95,14 @@ def test_what_is_rigid_at_infinity_is_bounded_by_its_inverse():
     assert untold(bridge, rows) == pytest.approx(1 / 1000)
 
 
+def test_a_spring_stiffer_than_a_step_resolves_is_not_searched_for():
+    """Its own numerics are told; on the printer bridges up to 1e6 N m/rad were ruled out so."""
+    bridge = LAYOUT.find("racking", "bridge")
+    names = {p.name: p.starts[0] for p in bridge.effect.parameters}
+    rows = [score(0.1, **(names | {"stiffness": 1000.0}))]
+    assert untold(bridge, rows, lambda values: score(0.01, **values)) == pytest.approx(1e-4)
+
+
 @pytest.mark.parametrize("effect", catalogue().values(), ids=list(catalogue()))
 def test_starts_are_sizes_that_change_something(effect):
     assert all(start != effect.size.neutral for start in effect.size.starts)

@@ -44,7 +44,8 @@ def untold(
             break
     else:  # it jumps: from where on it is told
         place = search.above[0] if search.above else place
-    return strength(size, stronger(instance, dict(row), place)[size.name])
+    found = strength(size, stronger(instance, dict(row), place)[size.name])
+    return max(found, allowed) if size.scaling < 0 else found  # no step resolves what is stiffer
 
 
 def strength(size: Parameter, value: float) -> float:
