@@ -44,7 +44,7 @@ SPEEDS = (0.08, 0.05, 0.1, 0.06, 0.03)  # [m/s]
 
 @cache
 def nominal(drive: str) -> Machine:
-    """The bench with a drive; dc has the gains of yin2018_dc."""
+    """The bench, or for a dc drive yin2018_dc."""
     bench, other = load_machine(MACHINE), load_machine("yin2018_dc")
     return bench if drive == bench.drive else other
 

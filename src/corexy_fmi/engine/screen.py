@@ -123,11 +123,11 @@ def bounds(base: Fit, candidates: list[Instance], mapper: object = map) -> list[
 
     def one(instance: Instance) -> Lead:
         problem = replace(base.problem, hypothesis=replace(said, uses=(*said.uses, instance)))
-        found = _scored(behind, problem, instance, offered)
-        u = problem.carried(base.problem, base.u)
-        again = partial(score_of, at_step_of(behind, problem), problem, instance, u)
-        apart = by_one_run(instance) or instance.effect.frees_rotor  # another stage, told or not
-        bound = untold(instance, found, None if apart else again)
+        found, again = _scored(behind, problem, instance, offered), None
+        if not (by_one_run(instance) or instance.effect.frees_rotor):  # another stage, told or not
+            u = problem.carried(base.problem, base.u)
+            again = partial(score_of, at_step_of(behind, problem), problem, instance, u)
+        bound = untold(instance, found, again)
         return Lead(problem.hypothesis, problem, found[0].gain, (), base, bound)
 
     return list(mapper(one, candidates))  # type: ignore[operator]
