@@ -85,9 +85,11 @@ def told(chance: float) -> float:
     return min(chance, CEILING)
 
 
-def ranked(base: Fit, entries: list[Entry]) -> Competition:
-    """A competition of entries, best first; of free-form laws only one that leads has a share."""
-    live = [e for e in entries if not e.hypothesis.law or e is entries[0]]
+def ranked(base: Fit, entries: list[Entry], equal: Entry | None = None) -> Competition:
+    """A competition of entries, best first; of free-form laws only one that leads, or is the
+    leader's ``equal``, has a share.
+    """
+    live = [e for e in entries if not e.hypothesis.law or e is entries[0] or e is equal]
     chances, nothing = probabilities([e.gain for e in live])
     lookup = dict(zip(map(id, live), chances, strict=True))
     shares = tuple(lookup.get(id(e), 0.0) for e in entries)

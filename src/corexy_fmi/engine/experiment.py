@@ -49,7 +49,7 @@ def rivals(verdict: Verdict, competition: Competition) -> list[Fit]:
     What belongs to one recording (`local.py`) foretells nothing of another, and is left out.
     """
     wanted = [key for group in verdict.classes for key in group]
-    listed = [e for e in competition.entries if e.hypothesis.key in wanted and e.hypothesis.uses]
+    listed = [e for e in competition.entries if e.hypothesis.key and e.hypothesis.key in wanted]
     found = [e.fit for e in listed if not is_local(e.fit)]
     weak = verdict.entry is not None and verdict.entry.gain < THRESHOLD
     return [*found[:RIVALS], *([competition.retuned] if () in wanted or weak else [])]
@@ -151,7 +151,7 @@ def _with_loop(machine: Machine, recordings: list[Recording]) -> Machine:
 
 
 def _why(name: str, fits: list[Fit], parted: float, times: int, most: int) -> str:
-    labels = [f.problem.hypothesis.label if f.problem.hypothesis.uses else "retuned parameters"
+    labels = [f.problem.hypothesis.label if f.problem.hypothesis.key else "retuned parameters"
               for f in fits]  # fmt: skip
     told = f"{', '.join(labels[:-1])} and {labels[-1]}"
     if times > most:

@@ -1,9 +1,10 @@
 """A winner that ends where its family does: a free-form law of the same variable is asked, too.
 
 A parameter marked ``family_ends`` may go up to its upper bound, and beyond lies another cause: a
-cable that stiffens is one up to some rate, a spring on one side alone is none.  A winner that ends
-there stands unless a law over the same variable fits significantly better (a likelihood ratio test;
-Wilks, Annals of Mathematical Statistics 9(1), 1938, doi:10.1214/aoms/1177732360).
+cable that stiffens is one up to some rate, a spring on one side alone is none.  Where a winner ends
+there, a law over the same variable that fits significantly better (a likelihood ratio test; Wilks,
+Annals of Mathematical Statistics 9(1), 1938, doi:10.1214/aoms/1177732360) takes its place, and one
+that fits as well is its equal.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ def at_end(fit: Fit) -> list[str]:
 
 
 def within_family(competition: Competition) -> Competition:
-    """The competition with a law in front of a single cause that ended where its family does, if
-    that fits significantly better; what it gains is told at the price of the cause.
+    """The competition with a law beside a single cause that ended where its family does: in front
+    if that fits significantly better, else as its equal if it fits no worse.  What the law gains is
+    told at the price of the cause.
     """
     first = competition.best
     if first is None or len(first.hypothesis.uses) != 1 or not at_end(first.fit):
@@ -49,9 +51,11 @@ def within_family(competition: Competition) -> Competition:
         return competition
     law = best_law(base, tried, map)
     better = first.fit.cost - law.fit.cost
-    if better < chi2.isf(CHANCE, _count(law) - _count(first)) / 2:
-        return competition
-    return ranked(base, [replace(law, gain=first.gain + better), *competition.entries])
+    if better >= chi2.isf(CHANCE, _count(law) - _count(first)) / 2:
+        return ranked(base, [replace(law, gain=first.gain + better), *competition.entries])
+    equal = replace(law, gain=first.gain)
+    others = [e for e in competition.entries[1:] if e.hypothesis.key != law.hypothesis.key]
+    return ranked(base, [first, equal, *others], equal) if better > 0 else competition
 
 
 def _same(law: LawShape, entry: Entry) -> bool:
