@@ -75,9 +75,9 @@ def averaged(fit: Fit, seed: int = 0) -> Fit:
         whole = _usable(shown, least)
         mean = residual
         if whole.sum() > problem.size + 8:
-            mean = shown[whole].mean(axis=0)
-            moves, changes = sets[whole] - u, shown[whole] - residual
-            jacobian = _regressed(problem, moves, changes, jacobian)
+            usable = _those(shown, whole)
+            mean = np.full(len(usable), 1 / len(usable)) @ usable
+            jacobian = _regressed(problem, sets[whole] - u, usable, jacobian)
         step, after, _ = stepped(problem, u, mean, jacobian, problem.limits())
         best, before = int(np.argmin(costs(shown))), least
         if _cost(shown[best]) < min(_cost(residual), _cost(after)):
@@ -140,17 +140,23 @@ def softened(fit: Fit) -> Fit:
     for n in range(SOFTER):
         root = _root(jacobian)
         sets = _scattered(problem, fit.u, root, max(SETS, 3 * problem.size), n)
-        changes = problem.residual(sets) - fit.residual
-        whole = _usable(changes, _cost(fit.residual))
+        shown = problem.residual(sets)
+        whole = _usable(shown, _cost(fit.residual))
         if whole.sum() <= problem.size + 8:
             return fit
-        moves = sets[whole] - fit.u
-        jacobian = _regressed(problem, moves, changes[whole], jacobian)
+        usable = _those(shown, whole)
+        jacobian = _regressed(problem, sets[whole] - fit.u, usable, jacobian)
     return replace(fit, slopes=jacobian)
 
 
-def _regressed(problem: Problem, moves: Array, changes: Array, known: Array) -> Array:
-    """Slopes (samples + size, size) of changes (sets, samples + size) by moves (sets, size).
+def _those(residuals: Array, whole: np.ndarray) -> Array:
+    """The residuals (sets, n) that are usable; where all are, no copy of them."""
+    return residuals if whole.all() else residuals[whole]
+
+
+def _regressed(problem: Problem, moves: Array, shown: Array, known: Array) -> Array:
+    """Slopes (samples + size, size) of residuals ``shown`` (sets, samples + size) over moves (sets,
+    size), beside a constant.
 
     Each run's are regressed on what moves it; those of the priors are ``known``.
     """
@@ -161,5 +167,6 @@ def _regressed(problem: Problem, moves: Array, changes: Array, known: Array) -> 
         spread = moves[:, own].std(axis=0)
         scale = np.where(spread > 0, spread, 1.0)
         moved = np.column_stack([np.ones(len(moves)), moves[:, own] / scale])
-        slopes[part, own] = (np.linalg.pinv(moved)[1:] @ changes[:, part]).T / scale
+        weights = np.linalg.pinv(moved)[1:] / scale[:, None]
+        slopes.T[own, part] = weights @ shown[:, part]
     return slopes
