@@ -3,7 +3,7 @@
 import pytest
 
 from corexy_fmi.errors import InputError
-from corexy_fmi.files import write_beside, write_folder
+from corexy_fmi.files import alone_in, write_beside, write_folder
 
 
 def stop_after(path, error):
@@ -56,3 +56,21 @@ def test_a_place_that_cannot_be_written_is_the_users_mistake(tmp_path):
 def test_other_errors_of_the_file_system_pass(tmp_path):
     with pytest.raises(FileNotFoundError), write_beside(tmp_path / "x"):
         open("/nowhere/at/all")  # noqa: SIM115
+
+
+def test_a_folder_is_one_runs_alone(tmp_path):
+    place = tmp_path / "new" / "out"
+    with alone_in(place):
+        with pytest.raises(InputError, match="another run is at work") as told, alone_in(place):
+            pass
+        assert str(told.value).startswith(f"{place}: ")
+        (place / "row").write_text("done")
+    with alone_in(place):
+        pass
+    assert [path.name for path in place.iterdir()] == ["row"]
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"), alone_in(tmp_path / "file" / "out"):
+        pass

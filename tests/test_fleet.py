@@ -19,6 +19,7 @@ from sweep_kit import group_is_gone
 
 from corexy_fmi.commands.fleet_task import diagnose_parcel
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import alone_in
 from corexy_fmi.fleet.cases import find_machines, read_parcel
 from corexy_fmi.fleet.run import diagnose_fleet
 from corexy_fmi.fleet.store import Store
@@ -111,6 +112,14 @@ def test_what_cannot_be_diagnosed_is_a_row_and_tried_again(tmp_path):
     assert (table["m0"]["causes"], table["m0"]["places"]) == ("backlash", "motor1")
     assert table["torn"]["error"] == errors["torn"]
     assert json.loads((tmp_path / "fleet.json").read_text())["machines"] == rows
+
+
+def test_two_runs_at_once_do_not_spoil_each_other(tmp_path):
+    make_fleet(tmp_path, 1)
+    with alone_in(tmp_path), pytest.raises(InputError, match="another run is at work"):
+        run(tmp_path)
+    assert not (tmp_path / "fleet.csv").exists()
+    assert run(tmp_path)[1] == ["m0"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -4,9 +4,12 @@ import sys
 from dataclasses import replace
 
 import pytest
-from sweep_kit import SHAPE, VARY, contents, plan, run
+from sweep_kit import SHAPE, VARY, WORDS, contents, plan, run
+from typer.testing import CliRunner
 
+from corexy_fmi.cli import app
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import alone_in
 from corexy_fmi.machine import load_machine
 from corexy_fmi.sweep.parquet import MISSING
 from corexy_fmi.sweep.vary import read_ranges
@@ -102,3 +105,16 @@ def test_a_folder_of_something_else_is_refused(whole, tmp_path):
     (tmp_path / "manifest.json").write_text("{")
     with pytest.raises(InputError, match="cannot be read"):
         run(plan(), tmp_path)
+
+
+def test_two_runs_at_once_do_not_spoil_each_other(whole):
+    before = contents(whole)
+    words = ["sweep", *WORDS, "--sets", "200", "--chunk", "64", "--out", str(whole)]
+    words += [word for text in VARY for word in ("--vary", text)]
+    with alone_in(whole):
+        refused = CliRunner().invoke(app, words)
+    assert isinstance(refused.exception, InputError)
+    assert "another run is at work in it" in str(refused.exception)
+    again = CliRunner().invoke(app, words)
+    assert again.exit_code == 0, again.output
+    assert contents(whole) == before

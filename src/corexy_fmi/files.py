@@ -7,10 +7,14 @@ import os
 import secrets
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from filelock import FileLock, Timeout
+
 from corexy_fmi.errors import InputError
+
+LOCK = ".lock"
 
 
 @contextmanager
@@ -47,6 +51,27 @@ def write_folder(folder: Path) -> Iterator[Path]:
                 os.replace(item, folder / item.name)
         finally:
             shutil.rmtree(beside, ignore_errors=True)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Hold a folder that two runs at once would spoil; one that is killed lets go of it.
+
+    Raises InputError where another run holds it, or where it cannot be written.
+    """
+    with _told(folder / LOCK, folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / LOCK, timeout=0)
+        try:
+            lock.acquire()
+        except Timeout:
+            raise InputError(f"{folder}: another run is at work in it, expected one") from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # Windows: while it is open
+            (folder / LOCK).unlink()
+        lock.release()
 
 
 def _beside(path: Path) -> Path:

@@ -33,6 +33,7 @@ from corexy_fmi.commands.screen import (
     say_json,
 )
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import alone_in
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import check_kind
 from corexy_fmi.rectangle import Rectangle
@@ -103,7 +104,8 @@ def sweep(
     about = {"machine": chosen.name, "surrogate": chosen.surrogate}
     pyarrow()
     folder = Folder(out, plan.document(), about)
-    with workers(jobs or _cores(), dask) as (executor, ahead):
+    folder.check()
+    with alone_in(out), workers(jobs or _cores(), dask) as (executor, ahead):
         done = folder.open()
         before = sum(len(plan.rows(index)) for index in done)
         with _bar(sets, before) as report:

@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import alone_in
 from corexy_fmi.fleet.cases import Parcel, read_parcel
 from corexy_fmi.fleet.store import Store
 from corexy_fmi.fleet.table import Row, failed
@@ -30,7 +31,8 @@ def diagnose_fleet(
     """The rows of all machines in their order; what is done already is not done again.
 
     The table is renewed with each row, and ``told`` hears of it.  Raises InputError where a worker
-    process died or the cluster went away; what was kept stays.
+    process died or the cluster went away; what was kept stays; and where another run is at work
+    in the same folder.
     """
     rows: dict[str, Row] = {}
     pending: dict[Future[tuple[Files, Row]], Parcel] = {}
@@ -40,24 +42,25 @@ def diagnose_fleet(
         store.table([rows[name] for name in sorted(rows)])
         told(row, found)
 
-    store.table([])
     todo = _todo(machines, machine, store, take)
-    try:
-        _fill(pending, todo, task, executor, ahead)
-        while pending:
-            for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                parcel = pending[future]
-                files, row = _result(future, pending)
-                if files:
-                    store.keep(parcel, files, row)
-                del pending[future]
-                take(row, False)
+    with alone_in(store.out):
+        store.table([])
+        try:
             _fill(pending, todo, task, executor, ahead)
-    except BaseException:
-        for future in pending:
-            future.cancel()
-        _stop_processes()
-        raise
+            while pending:
+                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                    parcel = pending[future]
+                    files, row = _result(future, pending)
+                    if files:
+                        store.keep(parcel, files, row)
+                    del pending[future]
+                    take(row, False)
+                _fill(pending, todo, task, executor, ahead)
+        except BaseException:
+            for future in pending:
+                future.cancel()
+            _stop_processes()
+            raise
     return [rows[path.name] for path in machines]
 
 

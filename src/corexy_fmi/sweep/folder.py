@@ -37,7 +37,10 @@ class Folder:
         Raises InputError where the folder holds another sweep or something else.
         """
         pyarrow()
-        self._claim()
+        self.check()
+        if not (self.path / MANIFEST).exists():
+            with write_beside(self.path / MANIFEST) as beside:
+                beside.write_text(json.dumps(self.document, indent=1) + "\n", encoding="utf-8")
         for stray in (*self.path.glob(".manifest-*"), *self.path.glob(".chunks-*")):
             stray.unlink()
         for stray in (self.path / SETS).glob(".*.parquet"):
@@ -61,20 +64,16 @@ class Folder:
         """Where a chunk lies."""
         return self.path / SETS / f"{index:06d}.parquet"
 
-    def _claim(self) -> None:
-        """Write the manifest, or hold ours against the one that is there."""
-        manifest = self.path / MANIFEST
-        if manifest.exists():
-            self._refuse_another(_read(manifest))
-            return
+    def check(self) -> None:
+        """Raises InputError where the folder holds another sweep or something else."""
         if self.path.exists() and not self.path.is_dir():
             raise InputError(f"{self.path}: found a file, expected a folder")
-        if self.path.exists() and any(p.name[0] != "." for p in self.path.iterdir()):
+        if (manifest := self.path / MANIFEST).exists():
+            self._refuse_another(_read(manifest))
+        elif self.path.exists() and any(p.name[0] != "." for p in self.path.iterdir()):
             raise InputError(
                 f"{self.path}: found files and no {MANIFEST}, expected an empty folder or a sweep's"
             )
-        with write_beside(manifest) as beside:
-            beside.write_text(json.dumps(self.document, indent=1) + "\n", encoding="utf-8")
 
     def _refuse_another(self, held: Any) -> None:
         for key in {**self.document, **held}:
