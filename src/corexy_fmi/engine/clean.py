@@ -9,6 +9,7 @@ from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.kernel.call import Array
 
 FAR = 6.0  # robust standard deviations of a sample against the mean of its neighbours
+OFF = 0.5  # share of that by which it is off the course of either side
 ON = 2.5  # distances of two samples for which their line goes on
 MANY = 0.02  # share of samples above which they are no spikes
 
@@ -16,7 +17,8 @@ MANY = 0.02  # share of samples above which they are no spikes
 def spikes(errors: Array, time: Array) -> np.ndarray:
     """True (m,) where an error stands alone: far off the line between its neighbours, and off the
     course of both sides, all by the samples' time (m,).  A step, a kink or a peak of several
-    samples is physics.
+    samples is physics.  Two samples foretell less of a third than its neighbours do, so less is
+    asked of those.
     """
     found = np.zeros(len(errors), dtype=bool)
     if len(errors) < 5:
@@ -29,7 +31,8 @@ def spikes(errors: Array, time: Array) -> np.ndarray:
         ]
     )
     spread = float(np.median(np.abs(off[0]))) / 0.6745
-    alone = np.abs(off).min(axis=0) > FAR * spread
+    far = np.abs(off[0])
+    alone = (far > FAR * spread) & (np.abs(off[1:]).min(axis=0) > OFF * far)
     alone &= np.abs(np.sign(off).sum(axis=0)) == len(off)
     found[2:-2] = alone & (spread > 0)
     return found

@@ -45,9 +45,10 @@ def judge(
     """The verdict with its fit and proof; where held-out data, ``sites`` that explain more, or
     those ``beside`` the winner that still explain much, lower it, proved again.
     """
-    retuned = tuned_machine(competition.retuned, machine.name)
-    kept = _despiked(layout, retuned, competition, kept)
-    whole = _despiked(layout, retuned, competition, whole)
+    for fit in _clear(competition):
+        tuned = tuned_machine(fit, machine.name)
+        kept = _despiked(layout, tuned, competition, kept)
+        whole = _despiked(layout, tuned, competition, whole)
     first = decide(competition, None)
     fit = _final(competition, first)
     proof = _prove(layout, machine, competition, fit, kept, whole)
@@ -68,13 +69,19 @@ def judge(
     return guarded, fit, proof
 
 
+def _clear(competition: Competition) -> list[Fit]:
+    """The fits beside which spikes are looked for: the retuned machine, and the best cause."""
+    best = competition.best
+    return [competition.retuned, *([best.fit] if best and not is_local(best.fit) else [])]
+
+
 def _despiked(
-    layout: Layout, retuned: Machine, competition: Competition, kept: Sequence[Run]
+    layout: Layout, tuned: Machine, competition: Competition, kept: Sequence[Run]
 ) -> list[Run]:
     """The data kept back without their spikes, as the training data were fitted."""
     train, noise = competition.retuned.problem.runs, competition.retuned.problem.noise
     runs = [judged(run, train) for run in kept]
-    fits = [replay(layout, retuned, r, channel_noise(train, noise, r)).fit for r in runs]
+    fits = [replay(layout, tuned, r, channel_noise(train, noise, r)).fit for r in runs]
     return [run for fit in fits for run in without_spikes(fit)]
 
 

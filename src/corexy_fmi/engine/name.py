@@ -19,6 +19,7 @@ from corexy_fmi.engine.again import (
 )
 from corexy_fmi.engine.bold import bold_fits
 from corexy_fmi.engine.candidates import hypotheses
+from corexy_fmi.engine.clean_again import without_more_spikes
 from corexy_fmi.engine.elsewhere import elsewhere
 from corexy_fmi.engine.entries import (
     THRESHOLD,
@@ -103,6 +104,7 @@ def compete(
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
-    base, entries = under_one_noise(*matched(base, entries), mapper)
+    base, entries = matched(*without_more_spikes(base, entries, mapper))
+    base, entries = under_one_noise(base, entries, mapper)
     entries = without_idle(at_forms(entries, mapper))
     return ranked(base, _told_by_parity(catalogue_first(_against_sets(entries))))

@@ -1,0 +1,43 @@
+"""Spikes that what was missing hid from the retuned machine, looked for beside the best cause.
+
+One of eight standard deviations that stays, where an axis accelerates, passes for a law of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from corexy_fmi.engine.clean import without_spikes
+from corexy_fmi.engine.entries import THRESHOLD, Entry, entry_of
+from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.samples import Run
+from corexy_fmi.engine.search import CLOSE, LONG, PLAIN
+
+
+def without_more_spikes(
+    base: Fit, entries: list[Entry], mapper: Mapper
+) -> tuple[Fit, list[Entry]]:
+    """The retuned machine and the entries, best first, without the spikes that the best one shows;
+    as they are where it shows none, or explains nothing.
+    """
+    if not entries or entries[0].gain < THRESHOLD:
+        return base, entries
+    runs = without_spikes(entries[0].fit)
+    if _count(runs) == _count(base.problem.runs):
+        return base, entries
+    least = max(entries[0].gain - CLOSE, THRESHOLD)
+
+    def again(fit: Fit, near: bool = True) -> Fit:
+        problem = replace(fit.problem, runs=runs)
+        found = minimise(problem, fit.u, LONG if near else 0, PLAIN)
+        return settle(found) if near else found
+
+    retuned = again(base)
+    fits = mapper(again, [e.fit for e in entries], [e.gain > least for e in entries])
+    return retuned, sorted((entry_of(retuned, fit) for fit in fits), key=lambda e: -e.gain)
+
+
+def _count(runs: Sequence[Run]) -> int:
+    """How many samples runs have."""
+    return sum(run.count for run in runs)
