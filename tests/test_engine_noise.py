@@ -219,6 +219,17 @@ def test_spikes_are_seen():
     assert np.flatnonzero(spikes(errors, clock(2000))).tolist() == bad.tolist()
 
 
+def test_spikes_of_eight_deviations_are_seen_in_white_noise():
+    random = np.random.default_rng(4)
+    errors = random.normal(size=20_000)
+    assert not spikes(errors, clock(20_000)).any()
+    bad = np.arange(50, 20_000, 100)
+    errors[bad] += 8.0 * random.choice([-1.0, 1.0], len(bad))
+    found = np.flatnonzero(spikes(errors, clock(20_000)))
+    assert set(found) <= set(bad)
+    assert len(found) > 0.6 * len(bad)  # the mean of two neighbours is off, too
+
+
 @pytest.mark.parametrize("at", [47, 48, 49, 50, 51, 52])
 @pytest.mark.parametrize("gap", [0.6e-3, 2e-3, 0.1])
 def test_spikes_are_seen_beside_a_gap(at, gap):

@@ -32,7 +32,9 @@ def spikes(errors: Array, time: Array) -> np.ndarray:
     )
     spread = float(np.median(np.abs(off[0]))) / 0.6745
     far = np.abs(off[0])
-    alone = (far > FAR * spread) & (np.abs(off[1:]).min(axis=0) > OFF * far)
+    beside = np.pad(far, 1)  # a spike draws the mean of its neighbours' neighbours, too
+    alone = (far > FAR * spread) & (far >= np.maximum(beside[:-2], beside[2:]))
+    alone &= np.abs(off[1:]).min(axis=0) > OFF * far
     alone &= np.abs(np.sign(off).sum(axis=0)) == len(off)
     found[2:-2] = alone & (spread > 0)
     return found

@@ -15,9 +15,7 @@ from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.search import CLOSE, LONG, PLAIN
 
 
-def without_more_spikes(
-    base: Fit, entries: list[Entry], mapper: Mapper
-) -> tuple[Fit, list[Entry]]:
+def without_more_spikes(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fit, list[Entry]]:
     """The retuned machine and the entries, best first, without the spikes that the best one shows;
     as they are where it shows none, or explains nothing.
     """
@@ -28,13 +26,11 @@ def without_more_spikes(
         return base, entries
     least = max(entries[0].gain - CLOSE, THRESHOLD)
 
-    def again(fit: Fit, near: bool = True) -> Fit:
-        problem = replace(fit.problem, runs=runs)
-        found = minimise(problem, fit.u, LONG if near else 0, PLAIN)
-        return settle(found) if near else found
+    def again(fit: Fit, iterations: int = LONG) -> Fit:
+        return minimise(replace(fit.problem, runs=runs), fit.u, iterations, PLAIN)
 
-    retuned = again(base)
-    fits = mapper(again, [e.fit for e in entries], [e.gain > least for e in entries])
+    retuned = settle(again(base))
+    fits = mapper(lambda e: settle(again(e.fit)) if e.gain > least else again(e.fit, 0), entries)
     return retuned, sorted((entry_of(retuned, fit) for fit in fits), key=lambda e: -e.gain)
 
 
