@@ -19,7 +19,7 @@ from engine_kit import (
 from scipy.signal import lfilter
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.clean import spikes, without_spikes
+from corexy_fmi.engine.clean import spikes, told, without_spikes
 from corexy_fmi.engine.noise import Noise, estimate, finest, quick_noise, warm_up
 from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.samples import Samples, make_run, split_in_time
@@ -288,6 +288,8 @@ def test_spikes_are_left_out_of_a_fit_and_nothing_else():
     assert sorted(set(range(len(x))) - set(run.samples[0].index)) == bad.tolist()
     assert len(run.samples[1].index) == len(x)
     assert run.samples[0].breaks.sum() == 1 + len(bad)
+    (found,) = told(problem(recording, machine()).runs, [run])
+    assert f"4 of {len(x)} samples of x stand alone" in found.text
 
 
 def test_many_spikes_are_no_spikes():

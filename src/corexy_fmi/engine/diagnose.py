@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from corexy_fmi.effects import own_effects
-from corexy_fmi.engine import classes, document, resolution
+from corexy_fmi.engine import classes, clean, document, resolution
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.entries import Competition
 from corexy_fmi.engine.evidence import Evidence
@@ -88,7 +88,8 @@ def diagnose(
     whole, kept = whole_runs(runs), kept_parts(kept)
     with workers(jobs) as mapper:
         tell("retuning the nominal parameters", 0.05)
-        base = retune(layout, machine, tuple(excerpts(runs)), mapper)
+        used = tuple(excerpts(runs))
+        base = retune(layout, machine, used, mapper)
         shares = iter((0.2, 0.6, 0.85, 0.9))
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("asking every place for a law", 0.83)
@@ -107,7 +108,8 @@ def diagnose(
     paper = _document(
         verdict, competition, fit, proof, loose, leads, machine, machine_assumed, weak
     )
-    told_first = [*findings, *more, *begins, *resolution.told(competition.retuned)]
+    alone = clean.told(used, competition.retuned.problem.runs)
+    told_first = [*findings, *more, *begins, *alone, *resolution.told(competition.retuned)]
     paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
     if loops := as_rows(proof):
         paper["repeats"] = loops
