@@ -256,3 +256,16 @@ def test_a_fit_keeps_its_residual_alone():
     assert kept.size == fit.residual.size
     exact = fit.problem.linearised(fit.u)[1]
     assert (fit.jacobian == exact).all()
+
+
+def test_a_fit_that_breaks_down_under_its_own_noise_stays(monkeypatch):
+    fit = fitted(problem(record(machine(), short_motion()), machine()), 1)
+    broken = replace(fit, cost=np.inf, residual=np.full_like(fit.residual, np.inf))
+    calls = []
+    monkeypatch.setattr(
+        "corexy_fmi.engine.fit.minimise", lambda *given: calls.append(given) or broken
+    )
+    assert settle(fit) is fit
+    assert len(calls) == 1
+    assert settle(broken) is broken
+    assert len(calls) == 1

@@ -137,9 +137,14 @@ def white_noise(fit: Fit) -> Problem:
 
 
 def settle(fit: Fit, rounds: int = 2, iterations: int = 6) -> Fit:
-    """Alternate between the noise of the residuals and the fit under that noise."""
+    """Alternate between the noise of the residuals and the fit under that noise; a fit that breaks
+    down under it stays as it was.
+    """
     for _ in range(rounds if np.isfinite(fit.cost) else 0):
-        fit = minimise(own_noise(fit), fit.u, iterations)
+        again = minimise(own_noise(fit), fit.u, iterations)
+        if not np.isfinite(again.cost):
+            break
+        fit = again
     return fit
 
 
