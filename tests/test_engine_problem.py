@@ -269,3 +269,12 @@ def test_a_fit_that_breaks_down_under_its_own_noise_stays(monkeypatch):
     assert len(calls) == 1
     assert settle(broken) is broken
     assert len(calls) == 1
+
+
+@pytest.mark.parametrize("far", [np.nan, np.inf, 1e200])
+def test_a_run_that_breaks_down_tells_no_noise(monkeypatch, far):
+    fit = fitted(problem(record(machine(), short_motion()), machine()), 1)
+    errors = fit.problem.errors(fit.u[None], 0)
+    errors[0][0, -1] = far
+    monkeypatch.setattr(type(fit.problem), "errors", lambda *given: errors)
+    assert own_noise(fit) is fit.problem

@@ -17,6 +17,7 @@ from corexy_fmi.kernel.call import Array
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
+FARTHEST = 1e60  # [SI] of an error, beyond which a run broke down
 HIDDEN = 0.5  # [nats] that another micro-step may change at the end
 
 
@@ -124,9 +125,13 @@ def stepped(
 
 
 def own_noise(fit: Fit) -> Problem:
-    """The same problem with the noise that this fit's own residuals show."""
+    """The same problem with the noise that this fit's own residuals show; as it is where a run
+    breaks down, which one lane may do where eight did not.
+    """
     runs = fit.problem.runs
     errors = [[e[0] for e in fit.problem.errors(fit.u[None], r)] for r in range(len(runs))]
+    if not all(np.abs(e).max(initial=0.0) < FARTHEST for own in errors for e in own):
+        return fit.problem
     return replace(fit.problem, noise=own_models(runs, errors))
 
 
