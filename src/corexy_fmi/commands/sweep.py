@@ -104,7 +104,7 @@ def sweep(
     about = {"machine": chosen.name, "surrogate": chosen.surrogate}
     pyarrow()
     folder = Folder(out, plan.document(), about)
-    folder.check()
+    folder.check()  # before a lock is put into somebody else's folder
     with alone_in(out), workers(jobs or _cores(), dask) as (executor, ahead):
         done = folder.open()
         before = sum(len(plan.rows(index)) for index in done)

@@ -5,14 +5,12 @@ One of eight standard deviations that stays, where an axis accelerates, passes f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from corexy_fmi.engine.clean import without_spikes
 from corexy_fmi.engine.entries import THRESHOLD, Entry, entry_of
 from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
-from corexy_fmi.engine.samples import Run
-from corexy_fmi.engine.search import CLOSE, LONG, PLAIN
+from corexy_fmi.engine.search import CLOSE, LONG, PLAIN, samples_of
 
 
 def without_more_spikes(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fit, list[Entry]]:
@@ -22,7 +20,7 @@ def without_more_spikes(base: Fit, entries: list[Entry], mapper: Mapper) -> tupl
     if not entries or entries[0].gain < THRESHOLD:
         return base, entries
     runs = without_spikes(entries[0].fit)
-    if _count(runs) == _count(base.problem.runs):
+    if sum(run.count for run in runs) == samples_of(base):
         return base, entries
     least = max(entries[0].gain - CLOSE, THRESHOLD)
 
@@ -32,8 +30,3 @@ def without_more_spikes(base: Fit, entries: list[Entry], mapper: Mapper) -> tupl
     retuned = settle(again(base))
     fits = mapper(lambda e: settle(again(e.fit)) if e.gain > least else again(e.fit, 0), entries)
     return retuned, sorted((entry_of(retuned, fit) for fit in fits), key=lambda e: -e.gain)
-
-
-def _count(runs: Sequence[Run]) -> int:
-    """How many samples runs have."""
-    return sum(run.count for run in runs)

@@ -12,12 +12,12 @@ import numpy as np
 from corexy_fmi.engine.noise import quick_noise, white
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.quiet import own_models
+from corexy_fmi.engine.slopes import BROKEN
 from corexy_fmi.kernel.call import Array
 
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
-FARTHEST = 1e60  # [SI] of an error, beyond which a run broke down
 HIDDEN = 0.5  # [nats] that another micro-step may change at the end
 
 
@@ -130,7 +130,7 @@ def own_noise(fit: Fit) -> Problem:
     """
     runs = fit.problem.runs
     errors = [[e[0] for e in fit.problem.errors(fit.u[None], r)] for r in range(len(runs))]
-    if not all(np.abs(e).max(initial=0.0) < FARTHEST for own in errors for e in own):
+    if not all(np.abs(e).max(initial=0.0) < BROKEN for own in errors for e in own):
         return fit.problem
     return replace(fit.problem, noise=own_models(runs, errors))
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # Finite differences on the internal scale.  Where friction catches and lets go, the residual bends
 # within thousandths: longer ones told what the data do not, and held fits where they were.
 STEP = 1e-4  # of nominal parameters and whatever is logarithmic
-BROKEN = 1e60  # derivative from which on a run broke down
+BROKEN = 1e60  # derivative or error [SI] from which on a run broke down
 WAVE_STEP = 1e-4  # the same of a count or frequency of waves
 SHARP_STEP = 2e-4  # the same of what moves the edges of pulses
 EFFECT_STEP, LAW_STEP, OWN_STEP = 1e-3, 2e-3, 2e-3  # of effects, free-form laws, a run's own
