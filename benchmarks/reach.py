@@ -23,6 +23,7 @@ from rich.progress import track
 
 from benchmarks.outcome import RESULTS, commit, write_outcome
 from corexy_fmi.effects.api import Parameter
+from corexy_fmi.engine.abreast import alone
 from corexy_fmi.engine.beyond import beyond
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.fit import minimise
@@ -87,7 +88,7 @@ def visible(
 
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
         row = row_of(problem, np.zeros(problem.size), instance, values)
-        change = behind.off(changes(base, problem, row[None]))[0]
+        change = behind.off(alone(changes(base, problem, row[None])))[0]
         return float(np.sqrt(change @ change / TARGET)), []
 
     start = drawn(instance, spread(base), random)

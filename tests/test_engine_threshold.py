@@ -7,6 +7,7 @@ import pytest
 from engine_kit import machine, other_motion, problem, record, with_effects
 
 from corexy_fmi.effects import catalogue
+from corexy_fmi.engine.abreast import alone
 from corexy_fmi.engine.fit import minimise
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.screen import screen
@@ -42,10 +43,10 @@ def test_starts_lie_where_the_effect_begins_to_act(effect):
     instance = bundled_layout().find(effect.name, next(iter(effect.locations)))
     chosen = replace(base.problem, hypothesis=Hypothesis((instance,)))
     u = chosen.carried(base.problem, base.u)
-    sizes = within_threshold(base, chosen, instance, u)
+    sizes = alone(within_threshold(base, chosen, instance, u))
     others = {p.name: p.starts[0] for p in effect.parameters}
     rows = [row_of(chosen, u, instance, others | {effect.size.name: s}) for s in sizes]
-    acts = np.abs(changes(base, chosen, np.array(rows))).max(axis=1) > ACTS
+    acts = np.abs(alone(changes(base, chosen, np.array(rows)))).max(axis=1) > ACTS
     assert acts[len(acts) // 2 :].all()  # the first are within a hair of it
     assert max(sizes) == pytest.approx(edge(effect), rel=0.1)
     assert min(sizes) < 0.3 * edge(effect)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from corexy_fmi.engine.abreast import Steps
 from corexy_fmi.engine.beyond import Beyond
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import (
@@ -31,14 +32,16 @@ ZOOMS, SHOWS = 2, 3.0  # rounds that narrow a time down; [nats] by which a run s
 
 def by_run(
     beyond: Beyond, problem: Problem, instance: Instance, u: Array, offered: Spread
-) -> list[Score]:
+) -> Steps[list[Score]]:
     """Scores of an effect that has parameters of one recording, best first."""
     local = {p.name for p in instance.effect.parameters if p.local}
     shared: dict[tuple[float, ...], list[dict[str, float]]] = {}
     for row in combinations(instance, offered):
         shared.setdefault(tuple(v for n, v in row.items() if n not in local), []).append(row)
     score = _waves if phase_of(instance) else _jumps
-    found = [score(beyond, problem, instance, u, rows) for rows in shared.values()]
+    found = []
+    for rows in shared.values():
+        found.append((yield from score(beyond, problem, instance, u, rows)))
     return sorted(found, key=lambda s: -s.gain)
 
 
@@ -48,12 +51,12 @@ def _waves(
     instance: Instance,
     u: Array,
     rows: list[dict[str, float]],
-) -> Score:
+) -> Steps[Score]:
     """One amplitude, and a phase for each run."""
     phase = phase_of(instance)
     assert phase is not None
     vectors = np.array([row_of(problem, u, instance, r) for r in rows])
-    change = changes(beyond.fit, problem, vectors)
+    change = yield from changes(beyond.fit, problem, vectors)
     values, sizes, gains, spare = dict(rows[0]), [], [], 0.0
     for run, part in zip(problem.runs, problem.parts, strict=True):
         products, gram = beyond.of(change[:, part], part)
@@ -73,7 +76,7 @@ def _jumps(
     instance: Instance,
     u: Array,
     rows: list[dict[str, float]],
-) -> Score:
+) -> Steps[Score]:
     """A size and a time for each run; the time is narrowed down around the best."""
     size = instance.effect.size
     timed = next(p.name for p in instance.effect.parameters if p.over == "time")
@@ -81,7 +84,7 @@ def _jumps(
     spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
     best = [(0.0, 0.0, rows[0][timed], 0.0)] * len(problem.runs)
     for _ in range(1 + ZOOMS):
-        best = _better(beyond, problem, instance, u, rows, timed, best)
+        best = yield from _better(beyond, problem, instance, u, rows, timed, best)
         near = spacing * np.linspace(-1, 1, TRIED + 1)
         keys = [f"{timed}@{run.name}" for run in problem.runs]
         rows = [
@@ -104,7 +107,7 @@ def _better(
     rows: Sequence[dict[str, float]],
     timed: str,
     best: list[tuple[float, float, float, float]],
-) -> list[tuple[float, float, float, float]]:
+) -> Steps[list[tuple[float, float, float, float]]]:
     """Gain [nats], factor and time of the best row of each run, or what was best before; the
     largest bound, for a jump may be at whatever time.
     """
@@ -112,7 +115,7 @@ def _better(
     for first in range(0, len(rows), LANES):
         block = rows[first : first + LANES]
         vectors = np.array([row_of(problem, u, instance, r) for r in block])
-        change = changes(beyond.fit, problem, vectors)
+        change = yield from changes(beyond.fit, problem, vectors)
         for r, part in enumerate(problem.parts):
             key = f"{timed}@{problem.runs[r].name}"
             products, gram = beyond.of(change[:, part], part)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corexy_fmi.effects.api import Parameter
+from corexy_fmi.engine.abreast import alone
 from corexy_fmi.engine.beyond import Beyond, beyond
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.entries import TEMPERATURE, THRESHOLD
@@ -129,7 +130,7 @@ def _shift(behind: Beyond, instance: Instance, rows: list[dict[str, float]]) -> 
     problem = replace(behind.fit.problem, hypothesis=Hypothesis((instance,)))
     u = np.zeros(problem.size)
     vectors = np.array([row_of(problem, u, instance, r) for r in rows])
-    return behind.off(changes(behind.fit, problem, vectors))
+    return behind.off(alone(changes(behind.fit, problem, vectors)))
 
 
 def _linear(stage: _Stage, instance: Instance) -> Sized:

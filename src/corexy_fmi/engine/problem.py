@@ -18,6 +18,7 @@ import numpy as np
 
 from corexy_fmi.engine.free_form import law_unknowns, write_law
 from corexy_fmi.engine.holding import deflection_scale, push_scale
+from corexy_fmi.engine.lanes import Lanes
 from corexy_fmi.engine.micro_step import SHORTEST, damped, damps, needed, own_step
 from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.samples import Run
@@ -209,6 +210,13 @@ class Problem:
             if p.size
         ]
 
+    def lanes(self, u: Array, run: int) -> Lanes:
+        """The sets of u (sets, size) in a run, as the kernel runs them."""
+        delay = None
+        if self.runs[run].clock_free:
+            delay = LATE * u[:, self.first_own(run) + self.own_keys.index("clock")]
+        return Lanes(self.vectors(u, run), self.rest(u, run), self.push(u, run), delay)
+
     def simulate(
         self,
         u: Array,
@@ -220,35 +228,43 @@ class Problem:
         """Outputs (sets, channels, rows) of a run, its motors on ``imposed`` angles where given;
         ``inputs`` (2, sets, rows) of each set stand for the run's where given.
         """
-        r, vectors, limit = self.runs[run], self.vectors(u, run), self.limit
+        return self._ran(self.lanes(u, run), run, outputs, imposed, inputs)
+
+    def _ran(
+        self,
+        lanes: Lanes,
+        run: int,
+        outputs: tuple[str, ...] | None = None,
+        imposed: Excitation | None = None,
+        inputs: Array | None = None,
+    ) -> Array:
+        r, limit = self.runs[run], self.limit
         if self.damping and limit > 0:
-            limit = damped(self.layout, self.machine, vectors, self.damping, limit)
+            limit = damped(self.layout, self.machine, lanes.vectors, self.damping, limit)
         return run_lanes(
             self.layout,
             imposed or r.excitation,
-            vectors,
+            lanes.vectors,
             inputs=inputs,
             fidelity=self.machine.stage,
             dc=self.machine.drive == "dc" and imposed is None,
-            rest=self.rest(u, run),
-            push=None if imposed else self.push(u, run),
+            rest=lanes.rest,
+            push=None if imposed else lanes.push,
             channels=outputs or r.outputs,
             limit=limit,
         )
 
-    def shown(self, u: Array, run: int, inputs: Array | None = None) -> Array:
+    def shown(self, lanes: Lanes, run: int, inputs: Array | None = None) -> Array:
         """What the sensors of a run would show, (sets, channels, rows); ``inputs``: `simulate`."""
-        r, out = self.runs[run], self.simulate(u, run, inputs=inputs)
-        if not r.clock_free:
-            return out
-        delay = u[:, self.first_own(run) + self.own_keys.index("clock")]
-        return late(r.excitation.time, out, LATE * delay)
+        out = self._ran(lanes, run, inputs=inputs)
+        time = self.runs[run].excitation.time
+        return out if lanes.delay is None else late(time, out, lanes.delay)
 
     def errors(self, u: Array, run: int, inputs: Array | None = None) -> list[Array]:
         """Measured minus simulated for each channel, (sets, samples) each, offsets left in;
         ``inputs``: `simulate`.
         """
-        out = self.shown(u, run, inputs)
+        out = self.shown(self.lanes(u, run), run, inputs)
         return [s.value - out[:, c, s.rows] for c, s in enumerate(self.runs[run].samples)]
 
     @cached_property
@@ -275,9 +291,9 @@ class Problem:
             at += f.count
         return found
 
-    def whitened(self, u: Array, run: int, white: Sequence[Array]) -> None:
-        """Whitened residuals of a run at u (sets, size) into arrays (samples,), one for each."""
-        out = self.shown(u, run)
+    def whitened(self, lanes: Lanes, run: int, white: Sequence[Array]) -> None:
+        """Whitened residuals of the sets of a run into arrays (samples,), one for each."""
+        out = self.shown(lanes, run)
         for c, (f, parts) in enumerate(self._parted(white, run)):
             f.rows(out[:, c], parts)
 
@@ -285,7 +301,10 @@ class Problem:
         """Whitened residuals with the priors behind them, (sets, samples + size)."""
         parts, samples = self.parts, self.parts[-1].stop
         result = np.empty((len(u), samples + self.size))
-        shared(lambda r: self.whitened(u, r, list(result[:, parts[r]])), range(len(parts)))
+        shared(
+            lambda r: self.whitened(self.lanes(u, r), r, list(result[:, parts[r]])),
+            range(len(parts)),
+        )
         result[:, samples:] = (u - self.prior[0]) * self.prior[1]
         return result
 

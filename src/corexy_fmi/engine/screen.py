@@ -12,9 +12,10 @@ from functools import partial
 
 import numpy as np
 
+from corexy_fmi.engine.abreast import Steps, in_companies, residuals
 from corexy_fmi.engine.beyond import Beyond, at_step_of, beyond
 from corexy_fmi.engine.by_run import by_run
-from corexy_fmi.engine.fit import Fit
+from corexy_fmi.engine.fit import Fit, Mapper
 from corexy_fmi.engine.free_form import law_places
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.signature import (
@@ -63,16 +64,16 @@ class Lead:
         return result
 
 
-def _lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, offered: Spread) -> Lead:
-    base = behind.fit
+def _lead(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Lead]:
+    base, hypothesis = behind.fit, problem.hypothesis
     u = problem.carried(base.problem, base.u)
     if hypothesis.law:
-        return _law_lead(behind, hypothesis, problem, u)
+        return (yield from _law_lead(behind, problem, u))
     instance = hypothesis.uses[-1]
-    found = _scored(behind, problem, instance, offered)
+    found = yield from _scored(behind, problem, instance, offered)
     tried = 2 * TRIED if instance.effect.size.over == "threshold" else TRIED
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:tried]])
-    gains = behind.gains(problem.residual(starts)[:, : behind.samples])
+    gains = behind.gains((yield from residuals(problem, starts)))
     order = apart(starts, gains)
     top = float(gains[order[0]])
     kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
@@ -89,14 +90,17 @@ def apart(starts: Array, gains: Array) -> list[int]:
     return kept
 
 
-def _scored(behind: Beyond, problem: Problem, instance: Instance, offered: Spread) -> list[Score]:
+def _scored(
+    behind: Beyond, problem: Problem, instance: Instance, offered: Spread
+) -> Steps[list[Score]]:
     """Scores of all starts of one effect, best first."""
     base = behind.fit
     u = problem.carried(base.problem, base.u)
     if instance.effect.size.over == "threshold":
-        offered = replace(offered, threshold=within_threshold(base, problem, instance, u))
+        within = yield from within_threshold(base, problem, instance, u)
+        offered = replace(offered, threshold=within)
     score = by_run if by_one_run(instance) else scores
-    return score(behind, problem, instance, u, offered)
+    return (yield from score(behind, problem, instance, u, offered))
 
 
 def by_one_run(instance: Instance) -> bool:
@@ -104,42 +108,40 @@ def by_one_run(instance: Instance) -> bool:
     return any(p.local and (p.over or p.periodic) for p in instance.effect.parameters)
 
 
-def _law_lead(behind: Beyond, hypothesis: Hypothesis, problem: Problem, u: Array) -> Lead:
+def _law_lead(behind: Beyond, problem: Problem, u: Array) -> Steps[Lead]:
     """A free-form law: all of its values at once."""
     own = law_places(problem.unknowns)
     vectors = np.repeat(u[None], len(own), axis=0)
     vectors[np.arange(len(own)), own] = 1.0
-    gain, factors = gain_many(*behind.of(changes(behind.fit, problem, vectors)))
+    gain, factors = gain_many(*behind.of((yield from changes(behind.fit, problem, vectors))))
     start = u.copy()
     start[own] = np.clip(factors, -100, 100)
-    return Lead(hypothesis, problem, gain, (start,), behind.fit)
+    return Lead(problem.hypothesis, problem, gain, (start,), behind.fit)
 
 
-def bounds(base: Fit, candidates: list[Instance], mapper: object = map) -> list[Lead]:
+def bounds(base: Fit, candidates: list[Instance], mapper: Mapper = map) -> list[Lead]:
     """Leads of effects on top of what a fit holds, as far as their bounds go: none is tried as a
     start.
     """
     behind, offered, said = beyond(base), spread(base), base.problem.hypothesis
-
-    def one(instance: Instance) -> Lead:
-        problem = replace(base.problem, hypothesis=replace(said, uses=(*said.uses, instance)))
-        found, again = _scored(behind, problem, instance, offered), None
-        if not (by_one_run(instance) or instance.effect.frees_rotor):  # another stage, told or not
-            u = problem.carried(base.problem, base.u)
-            again = partial(score_of, at_step_of(behind, problem), problem, instance, u)
-        bound = untold(instance, found, again)
-        return Lead(problem.hypothesis, problem, found[0].gain, (), base, bound)
-
-    return list(mapper(one, candidates))  # type: ignore[operator]
+    added = [replace(said, uses=(*said.uses, instance)) for instance in candidates]
+    problems = [replace(base.problem, hypothesis=hypothesis) for hypothesis in added]
+    return in_companies(lambda problem: _bound(behind, problem, offered), problems, mapper)
 
 
-def screen(base: Fit, candidates: list[Hypothesis], mapper: object = map) -> list[Lead]:
+def _bound(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Lead]:
+    base, instance = behind.fit, problem.hypothesis.uses[-1]
+    found, again = (yield from _scored(behind, problem, instance, offered)), None
+    if not (by_one_run(instance) or instance.effect.frees_rotor):  # another stage, told or not
+        u = problem.carried(base.problem, base.u)
+        again = partial(score_of, at_step_of(behind, problem), problem, instance, u)
+    bound = yield from untold(instance, found, again)
+    return Lead(problem.hypothesis, problem, found[0].gain, (), base, bound)
+
+
+def screen(base: Fit, candidates: list[Hypothesis], mapper: Mapper = map) -> list[Lead]:
     """Every candidate's lead, best first; ``mapper`` may be an executor's map."""
-    first, behind, offered = base.problem, beyond(base), spread(base)
-
-    def one(hypothesis: Hypothesis) -> Lead:
-        problem = replace(first, hypothesis=hypothesis)
-        return _lead(behind, hypothesis, problem, offered)
-
-    leads = list(mapper(one, candidates))  # type: ignore[operator]
+    behind, offered = beyond(base), spread(base)
+    problems = [replace(base.problem, hypothesis=hypothesis) for hypothesis in candidates]
+    leads = in_companies(lambda problem: _lead(behind, problem, offered), problems, mapper)
     return sorted(leads, key=lambda lead: -lead.gain)

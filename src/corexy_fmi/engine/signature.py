@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.abreast import Steps, residuals
 from corexy_fmi.engine.beyond import Beyond
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.problem import Problem
@@ -49,10 +50,10 @@ def gain_many(products: Array, gram: Array) -> tuple[float, Array]:
     return -float(factors @ products + 0.5 * factors @ gram @ factors), factors
 
 
-def changes(base: Fit, problem: Problem, vectors: Array) -> Array:
+def changes(base: Fit, problem: Problem, vectors: Array) -> Steps[Array]:
     """Change of the residual (sets, samples) by each vector; 0 where it breaks down."""
     count = problem.parts[-1].stop
-    change = problem.residual(vectors)[:, :count]
+    change = yield from residuals(problem, vectors)
     with np.errstate(over="ignore", invalid="ignore"):
         change -= base.residual[:count]
         whole = np.einsum("ij,ij->i", change, change) < BROKEN**2
@@ -75,7 +76,7 @@ def grown(instance: Instance, values: Mapping[str, float], factor: float) -> dic
 
 def within_threshold(
     base: Fit, problem: Problem, instance: Instance, u: Array
-) -> tuple[float, ...]:
+) -> Steps[tuple[float, ...]]:
     """Sizes (TRIED,) just within the threshold of an effect on these data, and far below it."""
     size = instance.effect.size
     others = {p.name: p.starts[0] for p in instance.effect.parameters}
@@ -83,7 +84,7 @@ def within_threshold(
     for _ in range(1 + ZOOMS):
         rows = [others | {size.name: v} for v in tried]
         vectors = np.array([row_of(problem, u, instance, row) for row in rows])
-        acts = np.abs(changes(base, problem, vectors)).max(axis=1) > ACTS
+        acts = np.abs((yield from changes(base, problem, vectors))).max(axis=1) > ACTS
         last = int(np.flatnonzero(acts).max(initial=0))
         tried = np.geomspace(tried[last], tried[min(last + 1, len(tried) - 1)], TRIED)
     half = TRIED // 2
@@ -140,29 +141,30 @@ def _shy(instance: Instance, row: Mapping[str, float], score: Score) -> list[Sco
 
 def score_of(
     beyond: Beyond, problem: Problem, instance: Instance, u: Array, values: Mapping[str, float]
-) -> Score:
+) -> Steps[Score]:
     """The score of an effect with these values, of a wave at any phase, retuning once."""
     phase = phase_of(instance)
     rows = [{**values, phase.name: start} for start in phase.starts] if phase else [dict(values)]
     vectors = np.array([row_of(problem, u, instance, row) for row in rows])
-    return _scored(instance, rows, *beyond.of(_given_way(beyond, problem, vectors), slice(None)))
+    seen = beyond.of((yield from _given_way(beyond, problem, vectors)), slice(None))
+    return _scored(instance, rows, *seen)
 
 
-def _given_way(beyond: Beyond, problem: Problem, vectors: Array) -> Array:
+def _given_way(beyond: Beyond, problem: Problem, vectors: Array) -> Steps[Array]:
     """Changes (sets, samples + size) by vectors (sets, size), the machine retuned to each by one
     step of Gauss-Newton: where it hides nearly all, what bends is as large as what is left.
     """
     own, moved = beyond.fit.problem, vectors.copy()
     places = [problem.keys.index(key) for key in own.keys]
-    moved[:, places] += beyond.given_way(changes(beyond.fit, problem, vectors))
+    moved[:, places] += beyond.given_way((yield from changes(beyond.fit, problem, vectors)))
     moved = np.clip(moved, *problem.limits())
     priors = (moved - vectors)[:, places] * own.prior[1]
-    return np.hstack([changes(beyond.fit, problem, moved), priors])
+    return np.hstack([(yield from changes(beyond.fit, problem, moved)), priors])
 
 
 def scores(
     beyond: Beyond, problem: Problem, instance: Instance, u: Array, offered: Spread
-) -> list[Score]:
+) -> Steps[list[Score]]:
     """Scores of all starts, best first; a few blocks of lanes at a time, to spare memory."""
     rows = combinations(instance, offered)
     together, found = groups(instance, rows), []
@@ -170,7 +172,7 @@ def scores(
     for first in range(0, len(together), share):
         block = [n for group in together[first : first + share] for n in group]
         vectors = np.array([row_of(problem, u, instance, rows[n]) for n in block])
-        products, gram = beyond.of(changes(beyond.fit, problem, vectors))
+        products, gram = beyond.of((yield from changes(beyond.fit, problem, vectors)))
         for group in together[first : first + share]:
             own = [block.index(n) for n in group]
             seen = products[own], gram[np.ix_(own, own)]

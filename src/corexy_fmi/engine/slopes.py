@@ -51,7 +51,7 @@ def linearised(
         sets[1 + np.arange(len(columns)), columns] += steps[columns]
         sets[-1] += move
         base, moved, change = residual[here], slopes.T[:, here], np.empty(problem.runs[r].count)
-        problem.whitened(sets, r, [base, *(moved[k] for k in columns), change])
+        problem.whitened(problem.lanes(sets, r), r, [base, *(moved[k] for k in columns), change])
         with np.errstate(over="ignore", invalid="ignore"):  # runs that broke down
             for k in columns:
                 moved[k] -= base

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from corexy_fmi.effects.api import Parameter
+from corexy_fmi.engine.abreast import Steps
 from corexy_fmi.engine.plan_size import Search, stronger
 from corexy_fmi.engine.signature import Score
 from corexy_fmi.kernel.layout import Instance
@@ -22,8 +23,10 @@ Values = Mapping[str, float]
 
 
 def untold(
-    instance: Instance, scores: Sequence[Score], again: Callable[[Values], Score] | None = None
-) -> float:
+    instance: Instance,
+    scores: Sequence[Score],
+    again: Callable[[Values], Steps[Score]] | None = None,
+) -> Steps[float]:
     """Largest strength of an effect that is not told, at 95 %: of its size's distance from neutral,
     or of its inverse where the effect shrinks with that.  ``again`` scores other values of it; None
     where its scores are as good as they get.
@@ -40,7 +43,8 @@ def untold(
     place = search.place
     for _ in range(ROUNDS):
         place = search.place
-        if not search.goes_on(1 / again(stronger(instance, dict(row), place)).bound):
+        score = yield from again(stronger(instance, dict(row), place))
+        if not search.goes_on(1 / score.bound):
             break
     else:  # it jumps: from where on it is told
         place = search.above[0] if search.above else place
