@@ -76,17 +76,17 @@ def diagnose(
     bit for bit, for any ``jobs``.
     """
     tell = progress or (lambda text, share: None)
-    layout = layout_with(own_effects(effects_file))
-    tell("checking wiring and units", 0.0)
-    train, findings = preflight(train, machine)
-    holdout, more = preflight(holdout, machine)
-    runs, kept = make_runs(train, holdout, machine)
-    runs = begun(runs, layout, machine)
-    kept = begun(kept, layout, machine) if holdout else begun_alike(kept, runs)
-    begins = [*unjudged(runs, kept, holdout), *told((*runs, *kept))]
-    without |= meaningless(runs, machine, layout)
-    whole, kept = whole_runs(runs), kept_parts(kept)
     with workers(jobs) as mapper:
+        layout = layout_with(own_effects(effects_file))
+        tell("checking wiring and units", 0.0)
+        train, findings = preflight(train, machine)
+        holdout, more = preflight(holdout, machine)
+        runs, kept = make_runs(train, holdout, machine)
+        runs = begun(runs, layout, machine)
+        kept = begun(kept, layout, machine) if holdout else begun_alike(kept, runs)
+        begins = [*unjudged(runs, kept, holdout), *told((*runs, *kept))]
+        without |= meaningless(runs, machine, layout)
+        whole, kept = whole_runs(runs), kept_parts(kept)
         tell("retuning the nominal parameters", 0.05)
         used = tuple(excerpts(runs))
         base = retune(layout, machine, used, mapper)
@@ -105,23 +105,23 @@ def diagnose(
         leads = bounds(quick(fit), instances(layout, machine, without), mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
         loose = loosened(fit)
-    paper = _document(
-        verdict, competition, fit, proof, loose, leads, machine, machine_assumed, weak
-    )
-    alone = clean.told(used, competition.retuned.problem.runs)
-    told_first = [*findings, *more, *begins, *alone, *resolution.told(competition.retuned)]
-    paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
-    if loops := as_rows(proof):
-        paper["repeats"] = loops
-    if experiment is not None:
-        paper["next_experiment"] = {
-            "why": experiment.why,
-            "program": experiment.order.name,
-            "kept_back": experiment.kept_back,
-        }
-    shown = exhibit(verdict, competition, fit, proof, machine, told_first)
-    tell("done", 1.0)
-    return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)
+        paper = _document(
+            verdict, competition, fit, proof, loose, leads, machine, machine_assumed, weak
+        )
+        alone = clean.told(used, competition.retuned.problem.runs)
+        told_first = [*findings, *more, *begins, *alone, *resolution.told(competition.retuned)]
+        paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
+        if loops := as_rows(proof):
+            paper["repeats"] = loops
+        if experiment is not None:
+            paper["next_experiment"] = {
+                "why": experiment.why,
+                "program": experiment.order.name,
+                "kept_back": experiment.kept_back,
+            }
+        shown = exhibit(verdict, competition, fit, proof, machine, told_first)
+        tell("done", 1.0)
+        return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)
 
 
 def _document(
