@@ -96,6 +96,20 @@ def test_what_is_rigid_at_infinity_is_bounded_by_its_inverse():
     assert alone(untold(bridge, rows)) == pytest.approx(1 / 1000)
 
 
+def test_a_shape_that_retuning_hides_where_it_is_weak_is_asked_at_the_size_found():
+    """A quick creep was said to be told at a ninth of what hides behind the belts' stiffness."""
+    creep = LAYOUT.find("belt_relaxation", "belts")
+    slow, quick = ({"ratio": 0.3, "time_constant": t} for t in (1.0, 0.01))
+    rows = [score(0.1, **slow), score(0.01, **quick)]
+
+    def again(values):
+        hidden = 0.03 if values["time_constant"] > 0.1 else 0.09
+        return score(hidden / values["ratio"], **values)
+        yield
+
+    assert alone(untold(creep, rows, again)) == pytest.approx(0.09)
+
+
 def test_a_spring_stiffer_than_a_step_resolves_is_not_searched_for():
     """Its own numerics are told; on the printer bridges up to 1e6 N m/rad were ruled out so."""
     bridge = LAYOUT.find("racking", "bridge")

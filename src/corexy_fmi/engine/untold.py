@@ -3,7 +3,8 @@
 Each start says by how much it may grow (`signature.py`), as if all grew in proportion.  Many do
 not: a dead band below some voltage does nothing.  So of starts that differ by their size alone the
 largest one that is not told counts, up to the next one, which is; of shapes, the one told least;
-from there the size is searched at which an effect is just told.
+from there the size is searched at which an effect is just told.  Other shapes are asked at that
+size: retuning hides more of what is weak, and what a strong start tells may be all but hidden.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from corexy_fmi.engine.signature import Score
 from corexy_fmi.kernel.layout import Instance
 
 ROUNDS, CLOSE = 6, 0.2  # sizes that are tried; log of the share by which the last may be off
+SHAPES = 8  # those told least by their starts, that are asked at the size found
 Values = Mapping[str, float]
 
 
@@ -36,9 +38,26 @@ def untold(
     for score in scores:
         others = tuple(v for name, v in score.row.items() if name != size.name)
         shapes.setdefault((score.row[size.name] > size.neutral, others), []).append(score)
-    allowed, row = max((_between(size, group) for group in shapes.values()), key=lambda a: a[0])
+    ways = sorted((_between(size, group) for group in shapes.values()), key=lambda way: -way[0])
+    allowed, row = ways[0]
     if again is None or not np.isfinite(allowed):
         return allowed
+    found = yield from _searched(instance, allowed, row, again)
+    if size.scaling < 0:
+        return max(found, allowed)  # no step resolves what is stiffer
+    for _, row in ways[1:SHAPES]:  # what starts say is told may be hidden, where it is as weak
+        place = float(np.log(found / strength(size, row[size.name])))
+        score = yield from again(stronger(instance, dict(row), place))
+        if score.bound > 1:
+            found = max(found, (yield from _searched(instance, found, row, again)))
+    return found
+
+
+def _searched(
+    instance: Instance, allowed: float, row: Values, again: Callable[[Values], Steps[Score]]
+) -> Steps[float]:
+    """The strength at which an effect of one shape is just told, begun where it is allowed."""
+    size = instance.effect.size
     search = Search(float(np.log(allowed / strength(size, row[size.name]))), CLOSE)
     place = search.place
     for _ in range(ROUNDS):
@@ -48,8 +67,7 @@ def untold(
             break
     else:  # it jumps: from where on it is told
         place = search.above[0] if search.above else place
-    found = strength(size, stronger(instance, dict(row), place)[size.name])
-    return max(found, allowed) if size.scaling < 0 else found  # no step resolves what is stiffer
+    return strength(size, stronger(instance, dict(row), place)[size.name])
 
 
 def strength(size: Parameter, value: float) -> float:
