@@ -126,8 +126,9 @@ def page() -> str:
         f"bounded (`not_excluded`, 95 %) on a recording of {MACHINE} in which nothing is missing "
         "(dc effects: yin2018_dc), then planted with that size, its other parameters where its "
         "file begins them, what happens at some time anywhere in the recording, and bounded on "
-        f"{SEEDS} recordings with it in, the machine retuned to each. x and y at 1 kHz with {1e6 * NOISE:g} um of white noise. The bound lay above what "
-        f"was planted in {share} (95 % asked).",
+        f"{SEEDS} recordings with it in, the machine retuned to each. x and y at 1 kHz with "
+        f"{1e6 * NOISE:g} um of white noise. The bound lay above what was planted in {share} "
+        "(95 % asked).",
         "",
         "A median far above 1.6 bounds too loosely: a soft rotor or a light tool is another stage, "
         "told or not. Below 1 it is too tight: the bound is that of the time or shape told least, "
