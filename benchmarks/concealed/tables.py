@@ -13,8 +13,11 @@ from benchmarks.concealed.score import NEAR_TWIN
 
 Entry = dict[str, Any]
 STRONG = 700.0  # planted at E = 1000; the real E scatters around it
-TEN_AIMS = ("95 %", "95 %", "-", "-", "-", "-", "<= 2 %", "<= 1 %", "-", "-", "-")
-FULL_AIMS = ("98 %", "95 %", "-", "-", "92 %", "-", "<= 1 %", "<= 1 %", "90 %", "<= 3 %", "90 %")
+TEN_AIMS = ("95 %", "95 %", *4 * ("-",), "<= 2 %", "<= 1 %", *5 * ("-",))
+FULL_AIMS = (
+    *("98 %", "95 %", "-", "-", "92 %", "-", "<= 1 %", "<= 1 %"),  # one effect, none
+    *("90 %", "-", "-", "<= 3 %", "90 %"),  # two, outside
+)
 ONCE = (
     "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
     "those after it, and none that was scored was run again. "
@@ -79,6 +82,8 @@ def _rows(entries: list[Entry], aims: tuple[str, ...]) -> list[tuple[str, ...]]:
             ("false_alarm",),
         ),
         ("two effects, E >= 1000 each: both named, nothing extra", pairs, ("right",)),
+        ("the same, neither with a nearer twin", [e for e in pairs if _clear(e)], ("right",)),
+        ("the same, twins too: or a class with both in it", pairs, ("right", "class")),
         ("outside the catalogue, E >= 1000: confidently misnamed", outside, ("wrong",)),
         ("outside the catalogue, E >= 1000: `unexplained`", outside, ("right",)),
     )
