@@ -52,10 +52,8 @@ def abreast(company: Sequence[Steps[T]]) -> list[T]:
         go_on(n, None)
     while waiting:
         some = _some([asked for _, asked in waiting])
-        chosen, waiting[:] = (
-            [waiting[n] for n in some],
-            [other for n, other in enumerate(waiting) if n not in some],
-        )
+        chosen = [waiting[n] for n in some]
+        waiting[:] = [other for n, other in enumerate(waiting) if n not in some]
         for (n, _), answer in zip(chosen, _answers([a for _, a in chosen]), strict=True):
             go_on(n, answer)
     return [ends[n] for n in range(len(company))]
