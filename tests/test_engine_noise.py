@@ -243,6 +243,31 @@ def test_spikes_are_seen_beside_a_gap(at, gap):
     assert np.flatnonzero(spikes(errors, time)).tolist() == [at]
 
 
+def test_of_pairs_of_spikes_in_white_noise_most_are_seen_and_nothing_else():
+    """Of 8 to 20 deviations, one sample apart; 27 % were while each was judged beside the other."""
+    random, first = np.random.default_rng(4), np.arange(50, 200_000, 1000)
+    errors = random.normal(size=200_000)
+    bad = np.zeros(len(errors), dtype=bool)
+    for at in (first, first + 2):
+        errors[at] += random.choice([-1.0, 1.0], len(at)) * random.uniform(8, 20, len(at))
+        bad[at] = True
+    found = spikes(errors, 0.01 * np.arange(len(errors)))
+    assert not (found & ~bad).any()
+    assert (found & bad).sum() > 0.9 * bad.sum()
+
+
+@pytest.mark.parametrize("second", [10.0, -10.0])
+@pytest.mark.parametrize("apart", [1, 2, 3])
+@pytest.mark.parametrize("gap", [0.0, 0.1])
+def test_a_spike_hides_no_spike_near_it(apart, second, gap):
+    """Two side by side on one side of the course are a peak, which may be physics."""
+    errors, time = 0.1 * np.random.default_rng(2).normal(size=400), clock(400)
+    time[201:] += gap
+    errors[200], errors[200 + apart] = 10.0, second
+    pair = [] if apart == 1 and second > 0 else [200, 200 + apart]
+    assert np.flatnonzero(spikes(errors, time)).tolist() == pair
+
+
 def test_few_samples_or_silent_ones_have_no_spikes():
     assert not spikes(np.array([0.0, 0.0, 9.0, 0.1]), clock(4)).any()
     assert not spikes(np.zeros(100), clock(100)).any()

@@ -12,41 +12,67 @@ from corexy_fmi.engine.noise import least_step
 from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.kernel.call import Array
 
+Index = slice | np.ndarray
+
 FAR = 6.0  # robust standard deviations of a sample against the mean of its neighbours
 OFF = 0.5  # share of that by which it is off the course of either side
 ON = 2.5  # distances of two samples for which their line goes on
 ROUNDING = 2.0  # steps of a sensor within which neighbours may be rounded apart
+MATES = (  # how far two spikes are apart, and the samples around the later and the earlier one
+    (1, (-3, -2, 1, 2), (-2, -1, 2, 3)),
+    (2, (-3, -1, 1, 2), (-2, -1, 1, 3)),
+)
 MANY = 0.02  # share of samples above which they are no spikes
 
 
 def spikes(errors: Array, time: Array, step: float = 0.0) -> np.ndarray:
     """True (m,) where an error stands alone: far off the line between its neighbours, and off the
-    course of both sides, all by the samples' time (m,).  A step, a kink or a peak of several
-    samples is physics.  Two samples foretell less of a third than its neighbours do, so less is
-    asked of those.  What is within two ``step`` of the sensor may be its rounding.
+    course of both sides, all by the samples' time (m,); or where two do so without each other, one
+    sample apart, or side by side on either side of the course.  A step, a kink or a peak of several
+    samples is physics.  What is within two ``step`` of the sensor may be its rounding.
     """
-    found = np.zeros(len(errors), dtype=bool)
     if len(errors) < 5:
-        return found
-    before, left, here, right, after = (slice(k, len(errors) - 4 + k) for k in range(5))
-    off = np.array(
-        [
-            errors[here] - _line(errors, time, a, b, here)
-            for a, b in ((left, right), (before, left), (right, after))
-        ]
-    )
-    spread = float(np.median(np.abs(off[0]))) / 0.6745
-    far = np.abs(off[0])
-    beside = np.pad(far, 1)  # a spike draws the mean of its neighbours' neighbours, too
-    alone = far >= np.maximum(beside[:-2], beside[2:])
-    alone &= far > max(FAR * spread, ROUNDING * step)
-    alone &= np.abs(off[1:]).min(axis=0) > OFF * far
-    alone &= np.abs(np.sign(off).sum(axis=0)) == len(off)
-    found[2:-2] = alone & (spread > 0)
+        return np.zeros(len(errors), dtype=bool)
+    off = errors[1:-1] - _line(errors, time, slice(0, -2), slice(2, None), slice(1, -1))
+    spread = float(np.median(np.abs(off))) / 0.6745
+    if not spread > 0:
+        return np.zeros(len(errors), dtype=bool)
+    least = max(FAR * spread, ROUNDING * step)
+    found = _alone(errors, time, (-2, -1, 1, 2), least) != 0
+    for apart, late, early in MATES:
+        later, earlier = (_alone(errors, time, around, least) for around in (late, early))
+        both = later[apart:] * earlier[:-apart]
+        first = np.flatnonzero(both != 0 if apart > 1 else both < 0)
+        found[first + 1] = False  # what lies between two of one side looks like one
+        found[first] = found[first + apart] = True
     return found
 
 
-def _line(errors: Array, time: Array, a: slice, b: slice, at: slice) -> Array:
+def _alone(errors: Array, time: Array, around: Sequence[int], least: float) -> Array:
+    """How far (m,) an error that stands alone is off the line between its neighbours, 0 where none
+    does, given where the two samples on either side are.  Two samples foretell less of a third
+    than its neighbours do, so less is asked of those.
+    """
+    places = np.arange(-around[0], len(errors) - around[-1])
+    before, left, right, after = (places + k for k in around)
+    off = np.array(
+        [
+            errors[places] - _line(errors, time, a, b, places)
+            for a, b in ((left, right), (before, left), (right, after))
+        ]
+    )
+    far = np.abs(off[0])
+    alone = far > least
+    for a, b, at in ((before, places, left), (places, after, right)):  # a spike draws these, too
+        alone &= far >= np.abs(errors[at] - _line(errors, time, a, b, at))
+    alone &= np.abs(off[1:]).min(axis=0) > OFF * far
+    alone &= np.abs(np.sign(off).sum(axis=0)) == len(off)
+    found = np.zeros(len(errors))
+    found[places] = alone * off[0]
+    return found
+
+
+def _line(errors: Array, time: Array, a: Index, b: Index, at: Index) -> Array:
     """The straight line through the samples a and b, where the samples ``at`` are; it goes on for
     no more than ``ON`` times their distance, for behind a long gap a course tells little.
     """
