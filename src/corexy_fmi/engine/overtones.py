@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.effects.api import TWO_PI
+from corexy_fmi.engine.aliases import sines_alike
 from corexy_fmi.engine.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.pulses import EFFECT
@@ -26,18 +27,29 @@ TRIED, LONG = 4, 10  # trains that are fitted; iterations
 
 
 def overtone_fits(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
-    """Settled fits of pulses that the best fit, if it has a sine in time, is an overtone of."""
+    """Settled fits of pulses that the best fit, if it has a sine in time, is an overtone of, or an
+    alias of one; and of the sine where it fits better at an alias.
+    """
     first = fits[0] if fits else base
     uses = first.problem.hypothesis.uses
-    if first.problem.hypothesis.shaped or EFFECT not in [i.effect.name for i in uses]:
+    found = [i for i in uses if i.effect.name == EFFECT]
+    if first.problem.hypothesis.shaped or not found:
         return []
-    shaped = replace(first.problem, hypothesis=Hypothesis(uses, shaped=True))
+    new = found[0] not in base.problem.hypothesis.uses
+    others = sines_alike(base, first, found[0]) if new else []
+    trains = [_train(sine, mapper) for sine in (first, *others)]
+    return [min(trains, key=lambda fit: fit.cost), *others]
+
+
+def _train(sine: Fit, mapper: Mapper) -> Fit:
+    """The settled fit of pulses that a sine is an overtone of."""
+    shaped = replace(sine.problem, hypothesis=replace(sine.problem.hypothesis, shaped=True))
     pairs = [(k, duty) for k in range(1, OVERTONES + 1) for duty in DUTIES if _share(k, duty)]
-    reach = [np.linalg.qr(first.jacobian[part])[0] for part in shaped.parts]
-    placed = list(mapper(lambda pair: _placed(shaped, first, reach, *pair), pairs))
+    reach = [np.linalg.qr(sine.jacobian[part])[0] for part in shaped.parts]
+    placed = list(mapper(lambda pair: _placed(shaped, sine, reach, *pair), pairs))
     best = sorted(placed, key=lambda found: found[0])[:TRIED]
     fitted = mapper(lambda found: minimise(shaped, found[1], LONG), best)
-    return [settle(min(fitted, key=lambda fit: fit.cost))]
+    return settle(min(fitted, key=lambda fit: fit.cost))
 
 
 def alone(fit: Fit) -> Fit:
