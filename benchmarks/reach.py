@@ -103,7 +103,7 @@ def planted(
     sensing = Sensing({c: white(STD) for c in ("x", "y")})
     runs = tuple(imagined(order, machine, sensing) for order in orders(machine))
     noise = tuple(tuple(white(STD) for _ in run.samples) for run in runs)
-    asked = Problem(bundled_layout(), machine, runs, noise, Hypothesis((instance,)))
+    asked = Problem(bundled_layout(), machine, runs, Hypothesis((instance,)), noise=noise)
     truth = np.zeros(asked.size)
     truth[: asked.nominal_count] = ASTRAY * random.normal(size=asked.nominal_count)
     truth = row_of(asked, truth, instance, values)

@@ -74,7 +74,7 @@ def retuned(recording: Recording, drive: str) -> Fit:
     """The machine retuned to a recording."""
     run = make_run(recording, nominal(drive), "train")
     white = tuple(Noise(np.zeros(0), NOISE, NOISE) for _ in run.samples)
-    problem = Problem(bundled_layout(), nominal(drive), (run,), (white,))
+    problem = Problem(bundled_layout(), nominal(drive), (run,), noise=(white,))
     return minimise(problem, np.zeros(problem.size), ROUNDS)
 
 

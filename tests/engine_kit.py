@@ -124,7 +124,7 @@ def problem(
     layout, run = bundled_layout(), make_run(recording, nominal, "train")
     white = tuple(Noise(np.zeros(0), std, std) for _ in run.samples)
     hypothesis = Hypothesis(tuple(layout.find(*use) for use in uses))
-    return Problem(layout, nominal, (run,), (white,), hypothesis, **options)
+    return Problem(layout, nominal, (run,), hypothesis, noise=(white,), **options)
 
 
 def fitted(chosen: Problem, iterations: int = 15) -> Fit:

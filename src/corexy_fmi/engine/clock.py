@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from corexy_fmi.engine.problem import LATE, LATEST, Problem, late
+from corexy_fmi.engine.parametrisation import LATE, LATEST
+from corexy_fmi.engine.problem import Problem, late
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.kernel.call import PUSH, Array
 

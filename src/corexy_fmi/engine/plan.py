@@ -91,7 +91,7 @@ def bare(machine: Machine, layout: Layout, order: Recording, std: float) -> Fit:
     white = Sensing({c: Noise(np.zeros(0), std, std) for c in ("x", "y")})
     run = imagined(order, machine, white)
     noise = (tuple(white.noise[s.channel] for s in run.samples),)
-    still = Problem(layout, machine, (run,), noise)
+    still = Problem(layout, machine, (run,), noise=noise)
     u = np.zeros(still.size)
     problem = replace(still, runs=(filled(run, still.simulate(u[None], 0)[0]),))
     residual, slopes = problem.linearised(u)

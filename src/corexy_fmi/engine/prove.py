@@ -47,7 +47,7 @@ def replay(layout: Layout, machine: Machine, run: Run, noise: tuple[Noise, ...])
 
     A long run goes with none but its offsets: how it began does not matter to it.
     """
-    problem = Problem(layout, machine, (run,), (noise,), pinned=True)
+    problem = Problem(layout, machine, (run,), pinned=True, noise=(noise,))
     rounds = 0 if len(run.excitation.time) > LONG else 6
     fit = minimise(problem, start(problem), rounds)
     found = [e[0] for e in problem.errors(fit.u[None], 0)]

@@ -28,7 +28,7 @@ LENGTHS = (4.0, 3.0, AT_EASE)  # of the micro-step, in those that the machine ne
 def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapper = map) -> Fit:
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
-    problem = Problem(layout, machine, runs, noise)
+    problem = Problem(layout, machine, runs, noise=noise)
     ahead = sorted(begun(problem, clock.start(problem), mapper=mapper), key=lambda fit: fit.cost)
     ends = _distinct(list(mapper(lambda fit: minimise(problem, fit.u, 15), ahead[:AHEAD])))
     cleaned = replace(problem, runs=without_spikes(ends[0]))
