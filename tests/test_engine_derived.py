@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from engine_kit import machine, record, rich_motion
+from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter, savgol_filter
 
 from corexy_fmi.engine.derived import without_derived
@@ -29,11 +30,15 @@ def low_pass(values, time):
     return lfilter([0.2], [1, -0.8], gradient(values, time))
 
 
+def slow_gaussian(values, time):
+    return gaussian_filter1d(values, 4, order=1) / (time[1] - time[0])
+
+
 def rounded(values, time):
     return np.round(gradient(values, time), 5)
 
 
-WAYS = (gradient, backward, smoothed, low_pass, rounded)
+WAYS = (gradient, backward, smoothed, low_pass, slow_gaussian, rounded)
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +88,17 @@ def test_sensors_of_their_own_stay(name, noise):
     own = record(machine(name), rich_motion(), noise=noise, channels=("x", "y", "vx", "ax"))
     assert left_out(own) == set()
     assert without_derived(own)[0] is own
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-5, 1e-3])
+@pytest.mark.parametrize("own", [0.0, 1e-7, 1e-2])
+def test_quiet_sensors_beside_loud_ones_stay(noise, own):
+    """Positions with a noise [m] beside speeds with one of their own [m/s]."""
+    clean = record(machine(), rich_motion(), noise=0.0, channels=("x", "y", "vx", "vy"))
+    random = np.random.default_rng(5)
+    loud = {n: clean[n] + noise * random.normal(size=len(clean)) for n in ("x", "y")}
+    quiet = {n: clean[n] + own * random.normal(size=len(clean)) for n in ("vx", "vy")}
+    assert left_out(with_channels(clean, **loud, **quiet)) == set()
 
 
 def test_one_that_was_computed_from_another_recording_stays(sensed):

@@ -20,7 +20,7 @@ PAIRS = (("vx", "x"), ("vy", "y"), ("ax", "x"), ("ax", "vx"), ("ay", "y"), ("ay"
 TAPS, ROWS = 16, 4000  # samples on either side that a filter may read; rows that are looked at
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])  # difference in which noise is left
 ALTERNATES = 0.5  # share of changes of sign in it from which on it is noise, not motion
-LEFT = 0.1  # of a channel's noise that a filter of its source leaves, where it is one
+LEFT = 0.1  # of the source's noise that goes through a filter, where a channel is that filter
 
 
 def without_derived(recording: Recording) -> tuple[Recording, list[Finding]]:
@@ -40,8 +40,8 @@ def is_derived(values: Array, source: Array, time: Array) -> bool:
     """Whether a channel (n,) is a short linear filter of another one (n,) at the same times (n,)
     [s].
 
-    The best filter of the source is taken off.  Two sensors have noise of their own, which stays;
-    of one that was computed nothing stays.  Channels without noise tell nothing.
+    The best filter of the source is taken off.  Of a sensor of its own at least the source's noise
+    is left, which the filter lets through; of a channel that was computed, noise and all, nothing.
     """
     rows = _rows(values, source, time)
     if len(rows) < 4 * (2 * TAPS + 1):
@@ -49,10 +49,10 @@ def is_derived(values: Array, source: Array, time: Array) -> bool:
     window = np.arange(-TAPS, TAPS + 1)
     seen = source[rows[:, None] + window]
     seen = np.c_[seen - seen.mean(1, keepdims=True), np.ones(len(rows))]
-    filtered = seen @ np.linalg.lstsq(seen, values[rows], rcond=None)[0]
-    whole, left = _sixth(values[rows], rows), _sixth(values[rows] - filtered, rows)
-    changes = np.mean(whole[1:] * whole[:-1] < 0) if len(whole) > TAPS else 0.0
-    return bool(changes > ALTERNATES and np.median(np.abs(left)) < LEFT * np.median(np.abs(whole)))
+    weights = np.linalg.lstsq(seen, values[rows], rcond=None)[0]
+    left = values[rows] - seen @ weights
+    through = _noise(source, rows) * np.linalg.norm(weights[:-1])
+    return bool(np.median(np.abs(left)) < LEFT * through)
 
 
 def _rows(values: Array, source: Array, time: Array) -> np.ndarray:
@@ -67,13 +67,14 @@ def _rows(values: Array, source: Array, time: Array) -> np.ndarray:
     return rows[first : first + ROWS]
 
 
-def _sixth(values: Array, rows: np.ndarray) -> Array:
-    """Sixth differences of what was taken at rows (m,), where seven of them follow one another."""
-    length = len(SIXTH)
-    if len(rows) < length:
-        return np.zeros(0)
-    together = rows[length - 1 :] - rows[: 1 - length] == length - 1
-    return np.asarray(np.convolve(values, SIXTH, mode="valid")[together], dtype=float)
+def _noise(source: Array, rows: np.ndarray) -> float:
+    """Deviation of what is white in a channel at rows (m,), by its sixth differences; 0 where these
+    are no noise.
+    """
+    changes = np.convolve(source, SIXTH, mode="same")[rows]
+    if np.mean(changes[1:] * changes[:-1] < 0) < ALTERNATES:
+        return 0.0
+    return float(np.median(np.abs(changes)) / np.linalg.norm(SIXTH))
 
 
 def _finding(name: str, channel: str, source: str) -> Finding:
