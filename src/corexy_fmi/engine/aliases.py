@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from corexy_fmi.engine.abreast import alone
+from corexy_fmi.engine.abreast import abreast
 from corexy_fmi.engine.beyond import at_step_of, beyond
 from corexy_fmi.engine.by_run import by_run
 from corexy_fmi.engine.fit import Fit, minimise, settle
@@ -46,13 +46,13 @@ def sines_alike(base: Fit, sine: Fit, instance: Instance) -> list[Fit]:
     problem = replace(base.problem, hypothesis=sine.problem.hypothesis)
     prefix = f"{instance.effect.name}.{instance.location}."
     behind, offered = at_step_of(beyond(base), problem), spread(base)
-    u, gain = problem.carried(base.problem, base.u), base.cost - sine.cost
+    u, least = problem.carried(base.problem, base.u), ALIKE * (base.cost - sine.cost)
     most = LOUDER * sine.value(f"{prefix}amplitude")
-    found = []
-    for f in aliases(problem, sine.value(f"{prefix}frequency")):
-        steps = by_run(behind, problem, instance, u, replace(offered, frequency=(f,)))
-        score = alone(steps)[0]
-        if score.gain > ALIKE * gain and score.values["amplitude"] < most:
-            start = row_of(problem, u, instance, score.values)
-            found.append(settle(minimise(problem, start, LONG)))
-    return [fit for fit in found if fit.cost < sine.cost]
+    highest = next(p.upper for p in instance.effect.parameters if p.name == "frequency")
+    tried = [f for f in aliases(problem, sine.value(f"{prefix}frequency")) if f <= highest]
+    steps = [by_run(behind, problem, instance, u, replace(offered, frequency=(f,))) for f in tried]
+    scores = [found[0] for found in abreast(steps)]
+    starts = [s.values for s in scores if s.gain > least and s.values["amplitude"] < most]
+    rows = [row_of(problem, u, instance, values) for values in starts]
+    fits = [settle(minimise(problem, row, LONG)) for row in rows]
+    return [fit for fit in fits if fit.cost < sine.cost]
