@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.clean import spikes, told, without_spikes
-from corexy_fmi.engine.noise import Noise, estimate, finest, quick_noise, warm_up
+from corexy_fmi.engine.noise import Noise, estimate, finest, least_step, quick_noise, warm_up
 from corexy_fmi.engine.quiet import own_models
 from corexy_fmi.engine.samples import Samples, make_run, split_in_time
 
@@ -266,6 +266,16 @@ def test_a_spike_hides_no_spike_near_it(apart, second, gap):
     errors[200], errors[200 + apart] = 10.0, second
     pair = [] if apart == 1 and second > 0 else [200, 200 + apart]
     assert np.flatnonzero(spikes(errors, time)).tolist() == pair
+
+
+def test_counts_that_differ_in_their_last_bits_are_one_step():
+    """Of an encoder at 4.6592e-3 m/s a count, sums of counts are no whole multiples in binary."""
+    counts = np.array([0, 1, 0, 1, 3, 2, 1, -1, 0])
+    time = clock(len(counts))
+    values = 4.6592e-3 * counts
+    values[3] = np.nextafter(values[3], 1)
+    samples = Samples.of("vx", values, time, np.ones(len(counts), dtype=bool))
+    assert least_step(samples) == pytest.approx(4.6592e-3)
 
 
 def test_few_samples_or_silent_ones_have_no_spikes():

@@ -18,6 +18,7 @@ ORDERS = (0, 1, 2, 4, 8)
 FINEST = (
     1e-7  # of a channel's own standard deviation: what no sensor resolves, nor a model foretells
 )
+LAST = 1e-12  # of a channel's largest value: less is no step, but the last bits of whole counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +119,9 @@ def quick_noise(samples: Samples) -> float:
 
 
 def least_step(samples: Samples) -> float:
-    """The least difference of two values; 0 where all are one."""
+    """The least difference of two values, last bits aside; 0 where all are one."""
     steps = np.diff(np.unique(samples.value))
+    steps = steps[steps > LAST * np.abs(samples.value).max(initial=0.0)]
     return float(steps.min()) if len(steps) else 0.0
 
 
