@@ -99,3 +99,18 @@ def test_pulses_beside_a_force_that_they_do_not_need_are_told_alone():
     other = replace(single, problem=replace(single.problem, hypothesis=both.hypothesis))
     assert _parts(pair, [other, single]) == [other, single]
     assert not _pays(single, pair, single)
+
+
+def test_a_sine_beside_another_cause_is_told_alone_as_a_sine():
+    bare = machine()
+    wave = EffectUse("periodic_disturbance", "x", {"amplitude": 0.3, "frequency": 9.7})
+    shown = record(with_effects(bare, wave), other_motion(), noise=2e-6)
+    both = problem(shown, bare, [("constant_force", "x"), ("periodic_disturbance", "x")], 2e-6)
+    start = np.zeros(both.size)
+    for k, unknown in enumerate(both.unknowns):
+        if unknown.key.endswith("frequency"):
+            start[k] = unknown.internal(9.7)
+    single = alone(minimise(both, start, 10))
+    assert [i.effect.name for i in single.problem.hypothesis.uses] == ["periodic_disturbance"]
+    assert not single.problem.hypothesis.shaped
+    assert began(single, "amplitude") == pytest.approx(0.3, rel=0.1)

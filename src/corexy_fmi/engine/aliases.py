@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from corexy_fmi.engine.abreast import abreast
 from corexy_fmi.engine.beyond import at_step_of, beyond
 from corexy_fmi.engine.by_run import by_run
@@ -20,6 +18,7 @@ from corexy_fmi.engine.spread import spread
 from corexy_fmi.kernel.layout import Instance
 
 FOLDS = 2  # sampling rates around which a tone is mirrored
+SAME = 1.01  # times: up to which two channels are sampled alike
 ALIKE = 0.3  # share of the sine's gain that is worth a fit
 LOUDER = 10.0  # times the sine's amplitude, at most: the stage hardly moves so fast
 LONG = 10  # iterations
@@ -27,13 +26,8 @@ LONG = 10  # iterations
 
 def aliases(problem: Problem, frequency: float) -> tuple[float, ...]:
     """Frequencies [Hz] that the samples cannot tell from this one; none where channels differ."""
-    spacings = [
-        float(np.median(np.diff(run.excitation.time[s.index])))
-        for run in problem.runs
-        for s in run.samples
-        if len(s.index) > 1
-    ]
-    if not spacings or max(spacings) > 1.01 * min(spacings):
+    spacings = [run.spacing(s) for run in problem.runs for s in run.samples if len(s.index) > 1]
+    if not spacings or max(spacings) > SAME * min(spacings):
         return ()
     rate = 1 / min(spacings)
     folded = abs(frequency - rate * round(frequency / rate))

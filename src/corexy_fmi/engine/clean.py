@@ -12,8 +12,6 @@ from corexy_fmi.engine.noise import least_step
 from corexy_fmi.engine.samples import Run, Samples
 from corexy_fmi.kernel.call import Array
 
-Index = slice | np.ndarray
-
 FAR = 6.0  # robust standard deviations of a sample against the mean of its neighbours
 OFF = 0.5  # share of that by which it is off the course of either side
 ON = 2.5  # distances of two samples for which their line goes on
@@ -33,7 +31,8 @@ def spikes(errors: Array, time: Array, step: float = 0.0) -> np.ndarray:
     """
     if len(errors) < 5:
         return np.zeros(len(errors), dtype=bool)
-    off = errors[1:-1] - _line(errors, time, slice(0, -2), slice(2, None), slice(1, -1))
+    inner = np.arange(1, len(errors) - 1)
+    off = errors[inner] - _line(errors, time, inner - 1, inner + 1, inner)
     spread = float(np.median(np.abs(off))) / 0.6745
     if not spread > 0:
         return np.zeros(len(errors), dtype=bool)
@@ -72,7 +71,7 @@ def _alone(errors: Array, time: Array, around: Sequence[int], least: float) -> A
     return found
 
 
-def _line(errors: Array, time: Array, a: Index, b: Index, at: Index) -> Array:
+def _line(errors: Array, time: Array, a: np.ndarray, b: np.ndarray, at: np.ndarray) -> Array:
     """The straight line through the samples a and b, where the samples ``at`` are; it goes on for
     no more than ``ON`` times their distance, for behind a long gap a course tells little.
     """

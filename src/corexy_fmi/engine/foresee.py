@@ -32,9 +32,8 @@ class Sensing:
         for run, models in zip(fit.problem.runs, fit.problem.noise, strict=True):
             for samples, noise in zip(run.samples, models, strict=True):
                 if samples.channel not in found and len(samples.index) > 1:
-                    time = run.recording.time[samples.index]
                     found[samples.channel] = noise
-                    spacing[samples.channel] = float(np.median(np.diff(time)))
+                    spacing[samples.channel] = run.spacing(samples)
         return cls(found, spacing)
 
     def taken(self, channel: str, time: Array) -> NDArray[np.intp]:

@@ -53,11 +53,12 @@ def _train(sine: Fit, mapper: Mapper) -> Fit:
 
 
 def alone(fit: Fit) -> Fit:
-    """Pulses that were found beside another cause, settled without it: their mean is a force that
-    a sine leaves to another cause.
+    """Pulses or a sine that were found beside another cause, settled without it: the mean of pulses
+    is a force that a sine leaves to another cause.
     """
-    uses = tuple(i for i in fit.problem.hypothesis.uses if i.effect.name == EFFECT)
-    problem = replace(fit.problem, hypothesis=Hypothesis(uses, shaped=True))
+    both = fit.problem.hypothesis
+    uses = tuple(i for i in both.uses if i.effect.name == EFFECT)
+    problem = replace(fit.problem, hypothesis=Hypothesis(uses, shaped=both.shaped))
     return settle(minimise(problem, problem.carried(fit.problem, fit.u), LONG))
 
 

@@ -109,6 +109,10 @@ class Run:
         """Number of scalar samples."""
         return sum(len(s.index) for s in self.samples)
 
+    def spacing(self, samples: Samples) -> float:
+        """Usual time [s] between the samples of a channel that has two or more."""
+        return float(np.median(np.diff(self.recording.time[samples.index])))
+
     @cached_property
     def loops(self) -> Loops | None:
         """The repeats of the commanded motion, if there are any."""
