@@ -27,7 +27,7 @@ from corexy_fmi.engine.excerpts import excerpts
 from corexy_fmi.engine.fit import Fit, minimise, settle
 from corexy_fmi.engine.given import make_runs, preflight
 from corexy_fmi.engine.looser import LOOSE, loosened
-from corexy_fmi.engine.model import covariance, effect_table
+from corexy_fmi.engine.model import covariance, effect_table, ends
 from corexy_fmi.engine.moving import begun
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.engine.unknowns import Hypothesis
@@ -53,7 +53,8 @@ def fitted(entry: Entry) -> Fit:
     base = retune(layout, machine, tuple(excerpts(runs)))
     (said,) = entry["document"]["effects"]
     instance = layout.find(said["name"], said["location"])
-    problem = replace(base.problem, hypothesis=Hypothesis((instance,)))
+    shaped = any(p.shape and p.name in said["parameters"] for p in instance.effect.parameters)
+    problem = replace(base.problem, hypothesis=Hypothesis((instance,), shaped=shaped))
     start, before = problem.carried(base.problem, base.u), f"{said['name']}.{said['location']}."
     for k, unknown in enumerate(problem.unknowns):
         known = said["parameters"].get(unknown.key.removeprefix(before))
@@ -69,7 +70,7 @@ def asked(entry: Entry) -> Entry:
     fit, (planted,) = fitted(entry), entry["truth"]["effects"]
     (said,) = entry["document"]["effects"]
     key, spread = (said["name"], said["location"]), covariance(fit)
-    tables = [effect_table(fit, *key, spread, other) for other in (None, loosened(fit))]
+    tables = [effect_table(fit, *key, spread, other) for other in ([], [ends(loosened(fit))])]
     rows = []
     for name in (n for n in tables[0] if n in planted["parameters"]):
         truth = as_catalogued(planted["name"], name, planted["parameters"][name])

@@ -26,7 +26,6 @@ from corexy_fmi.engine.given import (
     whole_runs,
 )
 from corexy_fmi.engine.judge import judge
-from corexy_fmi.engine.looser import loosened
 from corexy_fmi.engine.model import tuned_machine
 from corexy_fmi.engine.moving import begun, begun_alike, told
 from corexy_fmi.engine.name import compete
@@ -37,6 +36,7 @@ from corexy_fmi.engine.screen import bounds
 from corexy_fmi.engine.site import beside, sites
 from corexy_fmi.engine.spots import with_finer, with_spot
 from corexy_fmi.engine.verdict import Verdict
+from corexy_fmi.engine.walked import further
 from corexy_fmi.engine.workers import workers
 from corexy_fmi.kernel.layout import layout_with
 from corexy_fmi.machine import Machine
@@ -104,9 +104,9 @@ def diagnose(
         tell("bounding what was not named", 0.93)
         leads = bounds(quick(fit), instances(layout, machine, without), mapper)
         experiment = next_experiment(verdict, competition, machine, mapper)
-        loose = loosened(fit)
+        reached = further(fit, mapper)
         paper = _document(
-            verdict, competition, fit, proof, loose, leads, machine, machine_assumed, weak
+            verdict, competition, fit, proof, reached, leads, machine, machine_assumed, weak
         )
         alone = clean.told(used, competition.retuned.problem.runs)
         told_first = [*findings, *more, *begins, *alone, *resolution.told(competition.retuned)]
@@ -129,7 +129,7 @@ def _document(
     competition: Competition,
     fit: Fit,
     proof: Proof,
-    loose: Fit | None,
+    reached: document.Further,
     leads: list[Any],
     machine: Machine,
     assumed: bool,
@@ -140,7 +140,7 @@ def _document(
     return {
         "schema": 1,
         "verdict": verdict.word,
-        "effects": document.effects(verdict, fit, competition, proof, loose),
+        "effects": document.effects(verdict, fit, competition, proof, reached),
         "nearest": document.nearest(verdict, competition),
         "ambiguous_between": classes.between(verdict.classes),
         "ambiguous_sets": classes.sets(verdict.classes),

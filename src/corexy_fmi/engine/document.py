@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -10,7 +10,7 @@ from corexy_fmi.engine import locate
 from corexy_fmi.engine.entries import THRESHOLD, Competition, told
 from corexy_fmi.engine.fit import Fit
 from corexy_fmi.engine.free_form import law_values
-from corexy_fmi.engine.model import covariance, effect_table, retuned_table, upper_bound
+from corexy_fmi.engine.model import Ends, covariance, effect_table, retuned_table, upper_bound
 from corexy_fmi.engine.noise import quick_noise
 from corexy_fmi.engine.prove import Proof, Replay
 from corexy_fmi.engine.screen import Lead
@@ -32,6 +32,7 @@ ARGUMENT_STATE = {
 COORDINATE_OF = {c: c[-1] for c in ("x", "y", "vx", "vy", "ax", "ay")} | {
     f"phi{n}_meas": f"motor{n}" for n in (1, 2)
 }
+Further = Sequence[Mapping[str, Ends]]
 NEAREST = 3  # sets of the catalogue that an unexplained mismatch is told beside
 INTERPOLATED = r"\mathrm{interp}(a;\ \mathrm{knots}, \mathrm{values})"
 LAW_EQUATIONS = {"force": f"F = {INTERPOLATED}", "friction": f"f = f_C + {INTERPOLATED}"}
@@ -58,12 +59,12 @@ def _alternatives(
 
 
 def _effect(
-    instance: Instance, fit: Fit, competition: Competition, verdict: Verdict, loose: Fit | None
+    instance: Instance, fit: Fit, competition: Competition, verdict: Verdict, further: Further
 ) -> dict[str, Any]:
     effect, key = instance.effect, (instance.effect.name, instance.location)
     return _member(key) | {
         "probability": competition.share(key),
-        "parameters": effect_table(fit, *key, covariance(fit), loose),
+        "parameters": effect_table(fit, *key, covariance(fit), further),
         "alternatives": _alternatives(competition, verdict, key),
         "equation": effect.equation,
         "citation": effect.citation,
@@ -117,16 +118,16 @@ def _free_form(
 
 
 def effects(
-    verdict: Verdict, fit: Fit, competition: Competition, proof: Proof, loose: Fit | None = None
+    verdict: Verdict, fit: Fit, competition: Competition, proof: Proof, further: Further = ()
 ) -> list[dict[str, Any]]:
-    """The ``effects`` of the document; for ``unexplained`` the free-form law.  ``loose``: the fit
-    with looser priors, for intervals.
+    """The ``effects`` of the document; for ``unexplained`` the free-form law; ``further``:
+    `effect_table`.
     """
     if verdict.word == "unexplained":
         return [_free_form(fit, competition, verdict, proof)]
     if verdict.entry is None or verdict.word == "nothing_missing":
         return []
-    return [_effect(i, fit, competition, verdict, loose) for i in verdict.entry.hypothesis.uses]
+    return [_effect(i, fit, competition, verdict, further) for i in verdict.entry.hypothesis.uses]
 
 
 def nearest(verdict: Verdict, competition: Competition) -> list[dict[str, Any]]:

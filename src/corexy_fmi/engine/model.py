@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from corexy_fmi.parameters import NUMERICS
 
 WHOLE = 0.98  # share of a parameter's range from which on an interval tells nothing of it
 Z95 = 1.959963984540054
+Ends = tuple[float, float]  # of an interval, on the internal scale
 
 
 def covariance(fit: Fit) -> Array:
@@ -37,21 +39,19 @@ def _wrapped(unknown: Unknown, value: float) -> float:
     return math.remainder(value, 2 * math.pi) if turns else value
 
 
-def _ends(fit: Fit, k: int, spread: Array) -> tuple[float, float]:
-    """Of an unknown's 95 % interval, on its internal scale."""
-    reach = Z95 * math.sqrt(max(float(spread[k, k]), 0.0))
-    return float(fit.u[k]) - reach, float(fit.u[k]) + reach
+def ends(fit: Fit, spread: Array | None = None) -> dict[str, Ends]:
+    """Of each unknown's 95 % interval, by key, as its ``spread`` (size, size) tells."""
+    spread = covariance(fit) if spread is None else spread
+    reach = Z95 * np.sqrt(np.maximum(np.diag(spread), 0.0))
+    low, high = (fit.u - reach).tolist(), (fit.u + reach).tolist()
+    return {x.key: (low[k], high[k]) for k, x in enumerate(fit.problem.unknowns)}
 
 
-def interval(fit: Fit, k: int, spread: Array, loose: Fit | None = None) -> dict[str, object]:
-    """Value, unit-free, with its 95 % interval inside the bounds, which reaches as far as that of
-    the same fit with ``loose`` priors, where there is one.
-    """
-    unknown, ends = fit.problem.unknowns[k], [_ends(fit, k, spread)]
-    ends += [_ends(loose, k, covariance(loose))] if loose else []
+def interval(fit: Fit, k: int, reached: Ends) -> dict[str, object]:
+    """Value, unit-free, with its 95 % interval inside the bounds."""
+    unknown = fit.problem.unknowns[k]
     value = float(unknown.value(float(fit.u[k])))
-    low = float(unknown.value(min(end[0] for end in ends)))
-    high = float(unknown.value(max(end[1] for end in ends)))
+    low, high = (float(unknown.value(end)) for end in reached)
     shift = _wrapped(unknown, value) - value
     return {"value": value + shift, "ci95": [low + shift, high + shift]}
 
@@ -96,12 +96,13 @@ def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
     """The nominal parameters of a fit with unit, interval and pull (CONTRACT 4)."""
     table: dict[str, dict[str, object]] = {}
     units = {p.name: p.unit for p in fit.problem.machine.kind.parameters}
+    reached = ends(fit, spread)
     for k, unknown in enumerate(fit.problem.unknowns):
         if "." in unknown.key or unknown.key in NUMERICS:
             continue
         pull = float(fit.u[k]) / unknown.prior_std
         driven = math.sqrt(max(float(spread[k, k]), 0.0)) > 0.7 * unknown.prior_std
-        entry = interval(fit, k, spread)
+        entry = interval(fit, k, reached[unknown.key])
         table[unknown.key] = {
             "value": entry["value"],
             "unit": units[unknown.key],
@@ -113,34 +114,36 @@ def retuned_table(fit: Fit, spread: Array) -> dict[str, dict[str, object]]:
 
 
 def effect_table(
-    fit: Fit, name: str, location: str, spread: Array, loose: Fit | None = None
+    fit: Fit, name: str, location: str, spread: Array, further: Sequence[Mapping[str, Ends]] = ()
 ) -> dict[str, dict[str, object]]:
-    """The parameters of one named effect with unit, interval, and whether data narrow its range;
-    ``loose`` as in `interval`.
+    """The parameters of one named effect with unit, interval, and whether data narrow its range.
+
+    Intervals reach as far as any of ``further`` (`walked.py`).
     """
     instance = next(
         i for i in fit.problem.hypothesis.uses if (i.effect.name, i.location) == (name, location)
     )
     units = {p.name: p.unit_at(location) for p in instance.effect.parameters}
-    table = {}
+    known, table = [ends(fit, spread), *further], {}
     for k, unknown in enumerate(fit.problem.unknowns):
         parameter = unknown.key.removeprefix(f"{name}.{location}.")
         if parameter != unknown.key:
-            entry = interval(fit, k, spread, loose)
+            low, high = zip(*(e[unknown.key] for e in known if unknown.key in e), strict=True)
+            reached = min(low), max(high)
+            entry = interval(fit, k, reached)
             table[parameter] = {
                 "value": entry["value"],
                 "unit": units[parameter.partition("@")[0]],
                 "ci95": entry["ci95"],
-                "determined": _determined(fit, k, spread),
+                "determined": _determined(unknown, reached),
             }
     return table
 
 
-def _determined(fit: Fit, k: int, spread: Array) -> bool:
+def _determined(unknown: Unknown, reached: Ends) -> bool:
     """Whether an interval leaves out any of the range that the catalogue allows."""
-    (low, high), u = fit.problem.unknowns[k].range(), float(fit.u[k])
-    reach = Z95 * math.sqrt(max(float(spread[k, k]), 0.0))
-    return min(u + reach, high) - max(u - reach, low) < WHOLE * (high - low)
+    low, high = unknown.range()
+    return min(reached[1], high) - max(reached[0], low) < WHOLE * (high - low)
 
 
 def upper_bound(lead: Lead) -> dict[str, object]:

@@ -1,0 +1,91 @@
+"""Intervals walked along the likelihood: what curvature alone tells wrongly."""
+
+import math
+from functools import cache
+
+import pytest
+from engine_kit import NOISE, STRIBECK, fitted, machine, problem, record, rich_motion, with_effects
+
+from corexy_fmi.engine.forms import UNTOLD
+from corexy_fmi.engine.model import covariance, effect_table, ends
+from corexy_fmi.engine.walked import WIDE, _end, further, walked
+from corexy_fmi.engine.whole import held
+from corexy_fmi.machine import EffectUse
+
+PLANTED = {
+    "racking": EffectUse("racking", "bridge", {"stiffness": 3000.0, "inertia": 1e-3}),
+    "stribeck": STRIBECK,
+}
+INERTIA, SPEED = "racking.bridge.inertia", "stribeck_friction.x.speed"
+SHORT = 0.3  # of a logarithm: an interval that a ripple of the likelihood would tell
+
+
+@cache
+def fit(name: str, noise: float = NOISE):
+    """What was planted, fitted to a recording of it."""
+    use = PLANTED[name]
+    shown = record(with_effects(machine(), use), rich_motion(), noise=noise)
+    return fitted(problem(shown, machine(), [(use.name, use.location)], std=noise), 30)
+
+
+def at(found, key: str, u: float) -> float:
+    """What it costs [nats] to hold an unknown at u."""
+    unknown = found.problem.unknowns[found.problem.keys.index(key)]
+    return held(found, {key: float(unknown.value(u))}).cost - found.cost
+
+
+def end(found, key: str, way: float) -> float:
+    """Where an interval ends whose linear end is ``way`` off."""
+    k = found.problem.keys.index(key)
+    return _end(found, (k, float(found.u[k]) + way))
+
+
+def test_an_inertia_that_nothing_shows_has_no_lower_end():
+    found = fit("racking")
+    k = found.problem.keys.index(INERTIA)
+    assert end(found, INERTIA, -SHORT) == found.problem.unknowns[k].range()[0]
+
+
+def test_an_inertia_ends_where_its_mode_would_show():
+    found = fit("racking")
+    k = found.problem.keys.index(INERTIA)
+    top = end(found, INERTIA, SHORT)
+    assert found.u[k] + SHORT < top < found.problem.unknowns[k].range()[1]
+    assert at(found, INERTIA, top) == pytest.approx(UNTOLD, abs=1.2)
+
+
+@pytest.mark.parametrize("way", [-SHORT, SHORT])
+def test_a_speed_that_noise_hides_ends_where_it_costs_what_ends_an_interval(way):
+    found = fit("stribeck", 1e-4)
+    assert at(found, SPEED, end(found, SPEED, way)) == pytest.approx(UNTOLD, abs=0.6)
+
+
+def test_where_all_is_linear_walking_ends_where_curvature_does():
+    found = fit("stribeck", 4e-5)
+    linear, k = ends(found)[SPEED], found.problem.keys.index(SPEED)
+    for side in linear:
+        way = side - float(found.u[k])
+        assert end(found, SPEED, way / 2) - found.u[k] == pytest.approx(way, rel=0.25)
+
+
+def test_what_is_well_known_is_not_walked():
+    found = fit("stribeck")
+    low, high = ends(found)[SPEED]
+    assert high - low < 2 * WIDE
+    assert walked(found, map) == {}
+
+
+def test_an_interval_reaches_as_far_as_any_way_to_tell_it():
+    found = fit("racking")
+    key, spread = ("racking", "bridge"), covariance(found)
+    u = float(found.u[found.problem.keys.index(INERTIA)])
+    within, beyond = {INERTIA: (u, u)}, {INERTIA: (-9.0, 9.0)}
+    plain, same, wide = (effect_table(found, *key, spread, f) for f in ([], [within], [beyond]))
+    assert same == plain
+    assert wide["inertia"]["ci95"] == [1e-5, pytest.approx(1e-3 * math.exp(9))]
+    assert wide["stiffness"] == plain["stiffness"]
+
+
+def test_without_an_effect_nothing_is_walked():
+    shown = record(machine(), rich_motion())
+    assert further(fitted(problem(shown, machine()), 1), map) == []
