@@ -25,7 +25,7 @@ from benchmarks.speed import processor, shortest
 from corexy_fmi.kernel.call import LANES, Excitation, run_lanes, step_limit
 from corexy_fmi.kernel.compiler import SUFFIX, compile_library, native_flags
 from corexy_fmi.kernel.layout import bundled_layout
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle

@@ -19,7 +19,7 @@ from benchmarks.outcome import write_outcome
 from benchmarks.speed import processor
 from corexy_fmi.kernel.call import LANES, run_lanes, step_limit
 from corexy_fmi.kernel.layout import bundled_layout
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle

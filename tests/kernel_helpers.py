@@ -11,7 +11,7 @@ from corexy_fmi.effects import catalogue
 from corexy_fmi.kernel.call import Excitation, run_lanes
 from corexy_fmi.kernel.compiler import SUFFIX, compile_library, native_sources, write_generated
 from corexy_fmi.kernel.layout import bundled_layout, nominal_index
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.machine.check import STEPPER_ONLY
 from corexy_fmi.simulate import machine_vector

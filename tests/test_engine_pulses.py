@@ -12,7 +12,7 @@ from corexy_fmi.engine.given import make_runs
 from corexy_fmi.engine.pulses import train
 from corexy_fmi.engine.retune import retune
 from corexy_fmi.kernel.layout import bundled_layout
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.machine.check import machine_from
 from corexy_fmi.recording import Recording

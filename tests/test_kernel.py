@@ -28,7 +28,7 @@ from corexy_fmi.kernel.layout import (
     LAW_KINDS,
     bundled_layout,
 )
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.simulate import machine_vector
 from corexy_fmi.topology import FULL

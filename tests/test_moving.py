@@ -23,7 +23,7 @@ from corexy_fmi.engine.moving import begun, begun_alike, told
 from corexy_fmi.engine.samples import GAP, make_run, split_in_time
 from corexy_fmi.kernel.call import PUSH, Excitation, run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import chain, line, rest
 

@@ -11,7 +11,7 @@ from corexy_fmi.fmu.build import build_fmu
 from corexy_fmi.fmu.runner import run_fmu
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
-from corexy_fmi.kernel.reference import run_reference
+from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import EffectUse, load_machine, save_machine
 from corexy_fmi.machine.check import machine_from
 from corexy_fmi.motion import check_kind

@@ -8,15 +8,10 @@ from typing import Annotated
 
 import typer
 
+from corexy_fmi.commands.hil_board import check, home, monitor, release
 from corexy_fmi.commands.hil_diagnose import EXPERIMENTS, commission, result_files, shapes
 from corexy_fmi.commands.hil_grbl import execute_grbl
-from corexy_fmi.commands.hil_grbl_watch import (
-    home_controller,
-    release_controller,
-    show_controller,
-    show_reports,
-)
-from corexy_fmi.commands.hil_home import home_board
+from corexy_fmi.commands.hil_home import check_switches
 from corexy_fmi.commands.hil_options import (
     AccelOption,
     ArmOption,
@@ -27,7 +22,6 @@ from corexy_fmi.commands.hil_options import (
     CountsOption,
     DialectOption,
     HomeOption,
-    HomeSpeedOption,
     JumpOption,
     OutOption,
     PortOption,
@@ -37,7 +31,6 @@ from corexy_fmi.commands.hil_options import (
     TrackerOption,
 )
 from corexy_fmi.commands.hil_run import Dialect, Setup, execute, open_bench
-from corexy_fmi.commands.hil_watch import show_link, show_live
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
 from corexy_fmi.commands.screen import (
     ASSUMED,
@@ -49,11 +42,8 @@ from corexy_fmi.commands.screen import (
 from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
-from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.homing import Switches
 from corexy_fmi.hil.limits import Allowed
-from corexy_fmi.hil.port import SerialPort
-from corexy_fmi.hil.protocol import Type
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import check_kind, check_stage
 from corexy_fmi.recording import Recording, check_drive, read_recording
@@ -175,16 +165,9 @@ def rectangle(
         show_corners(corner_table(made, shape, times))
 
 
-def _check_switches(dialect: Dialect, switches: Switches) -> None:
-    """A GRBL controller knows its own; raises InputError where others are told."""
-    if dialect is Dialect.grbl and switches != Switches():
-        raise InputError("--at-x, --at-y, --home-speed: given with --dialect grbl, expected the "
-                         "controller's own settings $23 to $27, $130, $131")  # fmt: skip
-
-
 def _play(dialect: Dialect, setup: Setup, order: Recording) -> Recording | None:
     """A run on the board that speaks this dialect."""
-    _check_switches(dialect, setup.switches)
+    check_switches(dialect, setup.switches)
     return execute_grbl(setup, order) if dialect is Dialect.grbl else execute(setup, order, {})
 
 
@@ -242,98 +225,5 @@ def diagnose(
         say(f"{path}")
 
 
-@app.command("check")
-def check(
-    port: PortOption,
-    seconds: Annotated[float, typer.Option(min=0.5, help="How long to listen.")] = 3.0,
-    dialect: DialectOption = Dialect.binary,
-) -> None:
-    """Firmware, switches, link quality, latency and clock of the board; moves nothing.
-
-    Examples:
-
-    corexy hil check --port /dev/ttyUSB0
-    """
-    if dialect is Dialect.grbl:
-        show_controller(port, seconds)
-        return
-    board = Board(SerialPort(port))
-    board.connect()
-    show_link(board, seconds)
-
-
-@app.command("monitor")
-def monitor(
-    port: PortOption,
-    seconds: Annotated[float | None, typer.Option(help="Without: until Ctrl-C.")] = None,
-    dialect: DialectOption = Dialect.binary,
-) -> None:
-    """A live view of the board's reports; moves nothing.
-
-    Examples:
-
-    corexy hil monitor --port /dev/ttyUSB0
-    """
-    if dialect is Dialect.grbl:
-        show_reports(port, seconds)
-        return
-    board = Board(SerialPort(port))
-    board.connect()
-    show_live(board, seconds)
-
-
-@app.command("release")
-def release(port: PortOption, dialect: DialectOption = Dialect.binary) -> None:
-    """Switch the drivers off, to move the carriage by hand; the position is then unknown.
-
-    Examples:
-
-    corexy hil release --port /dev/ttyUSB0
-    """
-    if dialect is Dialect.grbl:
-        release_controller(port)
-    else:
-        board = Board(SerialPort(port))
-        board.connect()
-        board.command(Type.RELEASE)
-    say("drivers off")
-
-
-@app.command("home")
-def home(
-    port: PortOption,
-    machine: MachineOption = ASSUMED,
-    arm: ArmOption = False,
-    at_x: AtXOption = None,
-    at_y: AtYOption = None,
-    home_speed: HomeSpeedOption = Switches.speed,
-    counts: CountsOption = None,
-    supply: SupplyOption = 24.0,
-    max_speed: SpeedOption = Allowed.speed,
-    max_accel: AccelOption = Allowed.acceleration,
-    max_jump: JumpOption = Allowed.jump,
-    watchdog: SilenceOption = Allowed.silence,
-    dialect: DialectOption = Dialect.binary,
-) -> None:
-    """Each axis to its limit switch, off it, slowly to it again; says where the carriage stands.
-
-    A board that resets when its port is opened forgets it again: use --home of a run instead. On a
-    GRBL controller it is $H, and the controller's own settings count.
-
-    Examples:
-
-    corexy hil home --port /dev/ttyUSB0
-
-    corexy hil home --port /dev/ttyUSB0 --at-x -0.085 --at-y -0.14 --arm
-    """
-    switches = Switches(at_x, at_y, home_speed)
-    _check_switches(dialect, switches)
-    if dialect is Dialect.grbl:
-        home_controller(port, arm)
-        return
-    chosen = check_kind(load_machine(machine))
-    label(chosen)
-    allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, Path(), None, False, arm, False, supply, True,
-                  switches)  # fmt: skip
-    home_board(setup)
+for command in (check, monitor, release, home):
+    app.command(command.__name__)(command)

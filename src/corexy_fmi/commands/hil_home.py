@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from corexy_fmi.commands.hil_run import BOARDS, Setup, open_bench, stand_ready
+from corexy_fmi.commands.hil_run import BOARDS, Dialect, Setup, open_bench, stand_ready
 from corexy_fmi.commands.screen import say
-from corexy_fmi.hil.homing import Homing
+from corexy_fmi.errors import InputError
+from corexy_fmi.hil.homing import Homing, Switches
 from corexy_fmi.hil.limits import Limits, Scale
 
 
@@ -33,3 +34,12 @@ def _dry(setup: Setup) -> None:
     say(f"dry run, nothing moves: first {ways[0]}, then {ways[1]}, "
         f"at {1e3 * setup.switches.speed:g} mm/s")  # fmt: skip
     say("add --arm to move the motors; be at the emergency stop, try each switch by hand before")
+
+
+def check_switches(dialect: Dialect, switches: Switches) -> None:
+    """A GRBL controller knows its own; raises InputError where others are told."""
+    if dialect is Dialect.grbl and switches != Switches():
+        raise InputError(
+            "--at-x, --at-y, --home-speed: given with --dialect grbl, expected the "
+            "controller's own settings $23 to $27, $130, $131"
+        )
