@@ -101,8 +101,8 @@ def told(found: list[dict[str, Any]]) -> str:
     return (
         f"{len(fits)} of {len(found)} fits ended where the truth's does; of {len(each)} parameters "
         f"whose interval was walked {held[0]} lie in it by curvature, {held[1]} under looser "
-        f"priors, {held[2]} as walked; its ends are further apart by a factor of {np.median(wider):.2f} in "
-        f"the median, {np.quantile(wider, 0.9):.3g} in the widest tenth; "
+        f"priors, {held[2]} as walked; its ends are further apart by a factor of "
+        f"{np.median(wider):.2f} in the median, {np.quantile(wider, 0.9):.3g} in the widest tenth; "
         f"{np.mean([row['taken'] for row in fits]):.1f} s of CPU each"
     )
 
