@@ -24,7 +24,7 @@ from benchmarks.reach import planted, visible
 from corexy_fmi.engine.candidates import instances
 from corexy_fmi.engine.fit import Fit, minimise
 from corexy_fmi.engine.looser import loosened
-from corexy_fmi.engine.model import Ends, ends
+from corexy_fmi.engine.model import covariance, effect_table, ends
 from corexy_fmi.engine.problem import Problem
 from corexy_fmi.engine.walked import walked
 from corexy_fmi.kernel.call import Array
@@ -59,23 +59,20 @@ def judged(fit: Fit, truth: Array) -> dict[str, Any]:
     """For each parameter that was walked whether its interval holds the truth, in each way to tell
     it, and how far it reaches; and what walking took [s].
     """
-    begun = time.process_time()
+    (instance,), begun = fit.problem.hypothesis.uses, time.process_time()
     reached = walked(fit, map)
     taken = time.process_time() - begun
-    plain, loose = ends(fit), ends(loosened(fit) or fit)
-    rows = []
-    for key, walk in reached.items():
-        k = fit.problem.keys.index(key)
-        ways = [plain[key], _union(plain[key], loose[key]), _union(plain[key], loose[key], walk)]
-        limits = fit.problem.unknowns[k].range()
-        clipped = [(max(low, limits[0]), min(high, limits[1])) for low, high in ways]
-        inside = [bool(low <= truth[k] <= high) for low, high in clipped]
-        rows.append({"key": key, "inside": inside, "width": [h - low for low, h in clipped]})
-    return {"parameters": rows, "taken": taken}
-
-
-def _union(*reached: Ends) -> Ends:
-    return min(low for low, _ in reached), max(high for _, high in reached)
+    loose = [ends(wide)] if (wide := loosened(fit)) else []
+    key, spread = (instance.effect.name, instance.location), covariance(fit)
+    tables = [effect_table(fit, *key, spread, f) for f in ([], loose, [*loose, reached])]
+    found = []
+    for name in reached:
+        k = fit.problem.keys.index(name)
+        true = float(fit.problem.unknowns[k].value(truth[k]))
+        told = [table[name.split(".")[-1]]["ci95"] for table in tables]
+        inside = [low <= true <= high for low, high in told]
+        found.append({"key": name, "inside": inside, "width": [np.log(h / low) for low, h in told]})
+    return {"parameters": found, "taken": taken}
 
 
 def rows(machine: Machine, draws: int, only: list[str]) -> Iterator[dict[str, Any]]:

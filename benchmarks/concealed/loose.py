@@ -53,8 +53,7 @@ def fitted(entry: Entry) -> Fit:
     base = retune(layout, machine, tuple(excerpts(runs)))
     (said,) = entry["document"]["effects"]
     instance = layout.find(said["name"], said["location"])
-    shaped = any(p.shape and p.name in said["parameters"] for p in instance.effect.parameters)
-    problem = replace(base.problem, hypothesis=Hypothesis((instance,), shaped=shaped))
+    problem = replace(base.problem, hypothesis=Hypothesis((instance,)))
     start, before = problem.carried(base.problem, base.u), f"{said['name']}.{said['location']}."
     for k, unknown in enumerate(problem.unknowns):
         known = said["parameters"].get(unknown.key.removeprefix(before))
@@ -70,7 +69,8 @@ def asked(entry: Entry) -> Entry:
     fit, (planted,) = fitted(entry), entry["truth"]["effects"]
     (said,) = entry["document"]["effects"]
     key, spread = (said["name"], said["location"]), covariance(fit)
-    tables = [effect_table(fit, *key, spread, other) for other in ([], [ends(loosened(fit))])]
+    loose = [ends(wide)] if (wide := loosened(fit)) else []
+    tables = [effect_table(fit, *key, spread, further) for further in ([], loose)]
     rows = []
     for name in (n for n in tables[0] if n in planted["parameters"]):
         truth = as_catalogued(planted["name"], name, planted["parameters"][name])

@@ -40,6 +40,13 @@ from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import check_kind
 
 
+def _connected(port: str) -> Board:
+    """The board at a port, asked who it is."""
+    board = Board(SerialPort(port))
+    board.connect()
+    return board
+
+
 def check(
     port: PortOption,
     seconds: Annotated[float, typer.Option(min=0.5, help="How long to listen.")] = 3.0,
@@ -54,9 +61,7 @@ def check(
     if dialect is Dialect.grbl:
         show_controller(port, seconds)
         return
-    board = Board(SerialPort(port))
-    board.connect()
-    show_link(board, seconds)
+    show_link(_connected(port), seconds)
 
 
 def monitor(
@@ -73,9 +78,7 @@ def monitor(
     if dialect is Dialect.grbl:
         show_reports(port, seconds)
         return
-    board = Board(SerialPort(port))
-    board.connect()
-    show_live(board, seconds)
+    show_live(_connected(port), seconds)
 
 
 def release(port: PortOption, dialect: DialectOption = Dialect.binary) -> None:
@@ -88,9 +91,7 @@ def release(port: PortOption, dialect: DialectOption = Dialect.binary) -> None:
     if dialect is Dialect.grbl:
         release_controller(port)
     else:
-        board = Board(SerialPort(port))
-        board.connect()
-        board.command(Type.RELEASE)
+        _connected(port).command(Type.RELEASE)
     say("drivers off")
 
 
