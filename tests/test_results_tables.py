@@ -31,7 +31,8 @@ def trace(role: str, explained: float, retuned: float) -> SimpleNamespace:
 def test_what_is_removed_is_the_share_of_the_squared_distance_to_the_truth() -> None:
     train, kept = trace("train", 1.0, 1.0), trace("holdout", 0.1, 1.0)
     found: Any = SimpleNamespace(evidence=SimpleNamespace(traces=(train, kept)))
-    case = SimpleNamespace(holdout_clean={"holdout.csv": kept.truth})
+    world = SimpleNamespace(zeroed=False)
+    case = SimpleNamespace(holdout_clean={"holdout.csv": kept.truth}, world=world)
     assert removed(case, found) == pytest.approx(0.99)
     assert removed(SimpleNamespace(holdout_clean={}), found) is None
 

@@ -16,7 +16,7 @@ CHANNELS = ("x", "y")
 
 def removed(case: Any, found: Diagnosis) -> float | None:
     """1 - sum (explained - truth)^2 / sum (retuned - truth)^2 over x and y of what was kept back,
-    constant offsets aside; None where no held-out recording was replayed.
+    constant offsets aside where no zero is known; None where no held-out recording was replayed.
     """
     sums = np.zeros(2)
     for trace in found.evidence.traces:
@@ -27,7 +27,8 @@ def removed(case: Any, found: Diagnosis) -> float | None:
         for name in CHANNELS:
             truth = clean[name][np.clip(rows, 0, len(clean[name]) - 1)]
             states = (trace.explained[name], trace.retuned[name])
-            sums += [_apart(state, truth, trace.measured[name]) for state in states]
+            taken = np.isfinite(trace.measured[name])
+            sums += [_apart((s - truth)[taken], case.world.zeroed) for s in states]
     return float(1.0 - sums[0] / sums[1]) if sums[1] > 0.0 else None
 
 
@@ -63,7 +64,6 @@ def _distances(case: Any, found: Diagnosis, truth: dict[str, Any]) -> dict[str, 
     return sums
 
 
-def _apart(state: Any, truth: Any, measured: Any) -> float:
-    """Squared distance to the truth where a sample was taken, the mean aside."""
-    off = (state - truth)[np.isfinite(measured)]
-    return float(np.sum((off - off.mean()) ** 2))
+def _apart(off: Any, zeroed: bool) -> float:
+    """Squared distance to the truth; the mean aside where the sensor's zero is its own."""
+    return float(np.sum((off - (0.0 if zeroed else off.mean())) ** 2))

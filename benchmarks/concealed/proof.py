@@ -107,6 +107,7 @@ def run_sealed(
         "seed": seed,
         "wanted": wanted,
         "truth": case.truth,
+        "zeroed": case.world.zeroed,  # whether x, y have the inputs' zero
         "seal": seal,
         "seconds": seconds,
         "outcome": score(found.document, case.truth),

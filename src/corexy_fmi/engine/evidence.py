@@ -21,7 +21,8 @@ class Trace:
     """One recording beside the three models, each on the rows of the recording.
 
     The maps go from a channel of CONTRACT 2 (``x``, ``vy``, ``ax``, ``phi1_meas``, ``i1``, ..) to
-    (n,) values in that channel's SI unit.  Constant offsets (nuisances) are already removed.
+    (n,) values in that channel's SI unit.  The models' hold the constant offset of the channel, as
+    their replay found it: none where its zero is known.
     """
 
     recording: str  # file name as in diagnosis.json

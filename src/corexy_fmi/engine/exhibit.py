@@ -37,19 +37,21 @@ def _on_rows(values: Array, index: np.ndarray, rows: int) -> Array:
     return full
 
 
-def _curves(replayed: Replay) -> dict[str, Array]:
-    """Simulated course of every measured channel on all rows, shifted onto the measurement."""
-    out = replayed.fit.problem.simulate(replayed.fit.u[None], 0)[0]
-    result = {}
-    for c, samples in enumerate(replayed.run.samples):
-        offset = float(np.mean(samples.value - out[c, samples.index]))
+def curves(replayed: Replay) -> dict[str, Array]:
+    """What the sensor of every measured channel would show on all rows, by the clock and with the
+    offset of the replay: none where a zero is known.
+    """
+    problem, u = replayed.fit.problem, replayed.fit.u[None]
+    out, result = problem.shown(problem.lanes(u, 0), 0)[0], {}
+    for c, (samples, errors) in enumerate(zip(replayed.run.samples, replayed.errors, strict=True)):
+        offset = float(np.mean(samples.value - out[c, samples.index] - errors))
         result[samples.channel] = out[c] + offset
     return result
 
 
 def _trace(proof: Proof, k: int, machine: Machine) -> Trace:
     run, rows = proof.runs[k], len(proof.runs[k].excitation.time)
-    curves = {state: _curves(proof.replays[state][k]) for state in proof.replays}
+    models = {state: curves(proof.replays[state][k]) for state in proof.replays}
     measured = {s.channel: _on_rows(s.value, s.index, rows) for s in run.samples}
     e, r = run.excitation, machine.parameters["pulley_radius"]
     angles = (e.input1, e.input2) if e.mode != "voltages" else (np.full(rows, np.nan),) * 2
@@ -58,9 +60,9 @@ def _trace(proof: Proof, k: int, machine: Machine) -> Trace:
         run.role,
         e.time,
         measured,
-        curves["nominal"],
-        curves["retuned"],
-        curves["explained"],
+        models["nominal"],
+        models["retuned"],
+        models["explained"],
         *STAGES[machine.stage].path(r, *angles),
     )
 
