@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.concealed import tables
+from benchmarks.concealed import distances, tables
 from benchmarks.concealed.held import removed
 
 
@@ -93,21 +93,21 @@ def test_the_latest_cases_stand_beside_all() -> None:
 
 def test_what_is_removed_where_little_was_left_counts_apart() -> None:
     some = [{"retuned": 50.0, "explained": 40.0}, {"retuned": 200.0, "explained": 2.0}]
-    (line, _) = tables.removal([ENTRIES[0] | {"kept_back": told} for told in some])
+    (line, _) = distances.removal([ENTRIES[0] | {"kept_back": told} for told in some])
     assert "(n = 2, kept since): median 59.5 %" in line
     assert "(n = 1): median 99.0 %, worst decile 99.0 %" in line
 
 
 def test_what_is_removed_is_told_with_its_worst_decile() -> None:
-    (line, _) = tables.removal(ENTRIES)
+    (line, _) = distances.removal(ENTRIES)
     assert "n = 3): median 100.0 %" in line
     assert "worst decile 92.0 %" in line
-    assert tables.removal([{**ENTRIES[0], "removed": None}]) == []
+    assert distances.removal([{**ENTRIES[0], "removed": None}]) == []
 
 
 def test_what_is_removed_of_all_channels_is_told_beside_it() -> None:
     far = {"retuned": 50.0, "explained": 1.0}
-    (line, _) = tables.removal([{**ENTRIES[0], "kept_back": far}, ENTRIES[1]])
+    (line, _) = distances.removal([{**ENTRIES[0], "kept_back": far}, ENTRIES[1]])
     assert "each in its noise (n = 1, kept since): median 98.0 %, worst decile 98.0 %" in line
 
 
@@ -131,7 +131,27 @@ def test_a_fit_without_the_effect_bounds_what_the_plant_calls_e() -> None:
         case("c", 1, 2, 9000.0, 30.0),  # one of two explains both
         case("d", 2, 2, 9000.0, 3.0),
     ]
-    (sentence, _) = tables.overstated(told)
+    (sentence, _) = distances.overstated(told)
     assert "in 2 of 4 cases" in sentence
     assert "b (1000: 400), c (1000: 30)" in sentence
-    assert tables.overstated([{"truth": {"kind": "effect"}}]) == []
+    assert distances.overstated([{"truth": {"kind": "effect"}}]) == []
+
+
+@pytest.mark.parametrize(
+    ("effect", "catalogue", "kept", "wrong"),
+    [
+        ("constant_force", "full", {}, True),  # the plant gives it a known zero
+        ("constant_force", "full", {"zeroed": True}, False),
+        ("constant_force", "ten", {}, False),  # no zero was known then
+        ("backlash", "full", {"seed": 10}, True),
+        ("backlash", "full", {"seed": 2}, False),
+    ],
+)
+def test_distances_to_the_truth_of_older_cases_with_a_known_zero_are_left_out(
+    effect: str, catalogue: str, kept: dict[str, Any], wrong: bool
+) -> None:
+    truth = {"catalogue": catalogue, "effects": [{"name": effect, "location": "x"}]}
+    case = ENTRIES[0] | {"seed": 2} | kept | {"truth": ENTRIES[0]["truth"] | truth}
+    assert distances.misread(case) == wrong
+    (line, *_) = distances.removal([ENTRIES[0], case])
+    assert ("n = 1)" in line) == ("Left out: 1" in line) == wrong

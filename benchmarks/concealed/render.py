@@ -10,18 +10,16 @@ from textwrap import fill
 
 from benchmarks.concealed import seeds
 from benchmarks.concealed.calibration import section
+from benchmarks.concealed.distances import Entry, overstated, removal
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.settle import section as settled
 from benchmarks.concealed.tables import (
     FULL_AIMS,
     ONCE,
     TEN_AIMS,
-    Entry,
     by,
     headline,
     levels,
-    overstated,
-    removal,
     speed,
 )
 from benchmarks.concealed.thresholds import section as thresholds

@@ -17,9 +17,10 @@ from rich.progress import track
 
 from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.calibration import section as trusted
+from benchmarks.concealed.distances import overstated, removal
 from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waiting
 from benchmarks.concealed.score import fulfilled
-from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline, overstated, removal
+from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline
 
 FIRST, LATER = "seeds", "later"  # rounds, and their files' names
 SEEDS = {FIRST: range(200), LATER: range(200, 300)}

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
 
 import numpy as np
 
 from benchmarks.concealed.calibration import place_right, rate
+from benchmarks.concealed.distances import STRONG, Entry, misread, of
 from benchmarks.concealed.proof import RESULTS, read
 from benchmarks.concealed.score import NEAR_TWIN
 
-Entry = dict[str, Any]
-STRONG = 700.0  # planted at E = 1000; the real E scatters around it
 TEN_AIMS = ("95 %", "95 %", *4 * ("-",), "<= 2 %", "<= 1 %", *5 * ("-",))
 FULL_AIMS = (
     *("98 %", "95 %", "-", "-", "92 %", "-", "<= 1 %", "<= 1 %"),  # one effect, none
@@ -22,14 +20,8 @@ ONCE = (
     "Every case was diagnosed once, by the engine of its day: what a case showed was mended for "
     "those after it, and none that was scored was run again. "
 )
-SHOWN = 100.0  # of the squared error kept back: the effect shows there
-MORE = 1.5  # times the E that a fit reaches: the plant's is overstated
 HALF = ("right", "half a class")
 OUTCOMES = ("right", "class", "abstained", "missed", "wrong", "false_alarm")
-
-
-def _of(entries: list[Entry], kind: str) -> list[Entry]:
-    return [e for e in entries if e["truth"]["kind"] == kind]
 
 
 def _clear(entry: Entry) -> bool:
@@ -58,12 +50,12 @@ def headline(
 
 def _rows(entries: list[Entry], aims: tuple[str, ...]) -> list[tuple[str, ...]]:
     """What is asked, its aim, and its rate."""
-    single = _of(entries, "effect")
+    single = of(entries, "effect")
     strong = [e for e in single if e["truth"]["E"] >= STRONG]
     clear, near = [e for e in strong if _clear(e)], [e for e in strong if not _clear(e)]
     weak = [e for e in single if 100 <= e["truth"]["E"] < STRONG]
     kinds = ("pair", "outside")
-    pairs, outside = ([e for e in _of(entries, k) if e["truth"]["E"] >= STRONG] for k in kinds)
+    pairs, outside = ([e for e in of(entries, k) if e["truth"]["E"] >= STRONG] for k in kinds)
     asked = (
         ("one effect, E >= 1000, E_sep >= 100: right name and place", clear, ("right",)),
         (
@@ -78,7 +70,7 @@ def _rows(entries: list[Entry], aims: tuple[str, ...]) -> list[tuple[str, ...]]:
         ("wrong and confident, all single effects", single, ("wrong",)),
         (
             "nulls with imperfect nuisances: anything named or doubted",
-            _of(entries, "null"),
+            of(entries, "null"),
             ("false_alarm",),
         ),
         ("two effects, E >= 1000 each: both named, nothing extra", pairs, ("right",)),
@@ -93,82 +85,11 @@ def _rows(entries: list[Entry], aims: tuple[str, ...]) -> list[tuple[str, ...]]:
     ]
 
 
-def removal(entries: list[Entry]) -> list[str]:
-    """What is removed of the error kept back, as a sentence; nothing where it was not kept."""
-    strong = [e for e in _of(entries, "effect") if e["truth"]["E"] >= STRONG]
-    right = [e for e in strong if e["outcome"] == "right"]
-    shares = [e["removed"] for e in right if e.get("removed") is not None]
-    if not shares:
-        return []
-    return [
-        "Removed of the error on data kept back, against the noise-free truth (E >= 1000, rightly "
-        f"named, n = {len(shares)}): median {100 * np.median(shares):.1f} % (aim 98 %), worst "
-        f"decile {100 * np.quantile(shares, 0.1):.1f} % (aim 90 %)." + _removed_of_all(right),
-        "",
-    ]
-
-
-def _removed_of_all(right: list[Entry]) -> str:
-    """The same over all channels that are measured, where that was kept; and where much was left
-    there to remove.
-    """
-    kept = [e["kept_back"] for e in right if e.get("kept_back", {}).get("retuned", 0.0) > 0.0]
-    if not kept:
-        return ""
-    told = (
-        f" That is x and y alone. With all that is measured (motor angles with dc), each in its "
-        f"noise (n = {len(kept)}, kept since): {_shares(kept)}."
-    )
-    shown = [d for d in kept if d["retuned"] >= SHOWN]
-    return told + (
-        f" Where retuning leaves {SHOWN:g} of its square or more, in noise units (n = "
-        f"{len(shown)}): {_shares(shown)}; elsewhere what is kept back hardly shows the effect."
-        if shown
-        else ""
-    )
-
-
-def _shares(kept: list[dict[str, float]]) -> str:
-    shares = [1.0 - d["explained"] / d["retuned"] for d in kept]
-    median, worst = 100 * np.median(shares), 100 * np.quantile(shares, 0.1)
-    return f"median {median:.1f} %, worst decile {worst:.1f} %"
-
-
-def overstated(entries: list[Entry]) -> list[str]:
-    """Where the plant's E is more than what a fit without the effect leaves of the truth, as a
-    sentence; nothing where that was not kept.
-    """
-    told = [e for e in entries if "reached" in e and e["truth"]["kind"] in ("effect", "pair")]
-    far = [e for e in told if _least(e) < e["truth"]["E"] / MORE]
-    if not told:
-        return []
-    names = ", ".join(f"{e['name']} ({e['truth']['E']:.0f}: {_least(e):.0f})" for e in far)
-    return [
-        "E is a minimum, which the plant may miss: in "
-        f"{len(far)} of {len(told)} cases a machine that was fitted here without all that was "
-        f"planted comes {MORE:g} times nearer to the noise-free truth than that"
-        f"{': ' + names if names else ''}. No case is counted otherwise for it.",
-        "",
-    ]
-
-
-def _least(entry: Entry) -> float:
-    """Squared distance to the noise-free truth of what was fitted without all that was planted: the
-    retuned machine, and that with some of a set.
-    """
-    said, planted = (
-        {(e["name"], e["location"]) for e in effects}
-        for effects in (entry["document"]["effects"], entry["truth"]["effects"])
-    )
-    some = bool(said) and said < planted
-    return min(v for k, v in entry["reached"].items() if k == "retuned" or some)
-
-
 def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
     """Rows of level L4: what is said where the true entry is deleted."""
-    cases = [e for e in _of(entries, "effect") if "struck" in e and e["truth"]["E"] >= 100]
+    cases = [e for e in of(entries, "effect") if "struck" in e and e["truth"]["E"] >= 100]
     clear = [e for e in cases if _clear(e)]
-    asked = [e for e in clear if "reached" in e["struck"]]
+    asked = [e for e in clear if "reached" in e["struck"] and not misread(e)]
     curves = [e["struck"]["curve_error"] for e in cases]
     curves = sorted(c for c in curves if c is not None)
     off = ", ".join(f"{c:.2f}" for c in curves) or "none to compare"
@@ -233,7 +154,7 @@ def levels(
     """The five levels of concealment; ``hidden``: what is to be said of the machine file; L4 of
     the ``latest`` cases beside that of all, where told apart.
     """
-    single = [e for e in _of(entries, "effect") if e["truth"]["E"] >= 100]
+    single = [e for e in of(entries, "effect") if e["truth"]["E"] >= 100]
     rows = [
         ("L1", "the label is sealed by hash before the engine runs", f"{len(entries)} seals"),
         (
@@ -269,7 +190,7 @@ def cut_off(entries: list[Entry], stem: str) -> int:
 def by(entries: list[Entry], key: str) -> list[str]:
     """Outcomes of the single-effect cases by effect, setting or noise."""
     groups: dict[str, Counter[str]] = {}
-    for e in _of(entries, "effect"):
+    for e in of(entries, "effect"):
         label = e["truth"]["effects"][0]["name"] if key == "effect" else str(e["truth"][key])
         groups.setdefault(label, Counter())[e["outcome"]] += 1
     table = [f"| {key} | n | {' | '.join(OUTCOMES[:5])} |", "|---|" + "---|" * 6]
