@@ -7,7 +7,7 @@
 
 EXPORT stage *probe_new(int topology, int drive, const double *parameter, const double *angles)
 {
-    const lane first[2] = {{angles[0]}, {angles[1]}}, rest[4] = {{0}};
+    const lane first[2] = {{angles[0]}, {angles[1]}}, rest[6] = {{0}};
     stage *s = calloc(1, sizeof *s);
     s->topology = topology;
     s->drive = drive;

@@ -24,6 +24,7 @@ from corexy_fmi.engine.candidates import hypotheses, instances
 from corexy_fmi.engine.fit import minimise, own_noise, settle
 from corexy_fmi.engine.holding import deflection_scale
 from corexy_fmi.engine.model import covariance, retuned_table, tuned_machine
+from corexy_fmi.engine.noise import Noise
 from corexy_fmi.engine.prove import replay
 from corexy_fmi.engine.screen import screen
 from corexy_fmi.engine.slopes import step_lengths
@@ -95,20 +96,38 @@ def test_idlers_held_by_their_friction_are_fitted():
     """A move along x before left the idlers nine tenths of what they can hold."""
     chosen, layout = machine(), bundled_layout()
     order = record(chosen, short_motion())
-    rest = np.array([[0.0, 0.0, 0.9, 0.9]])
+    rest = np.array([[0.0, 0.0, 0.9, 0.9, 0.0, 0.0]])
     x, y = run_lanes(layout, excitation(chosen, order), machine_vector(chosen, layout)[None],
                      rest=rest)[0]  # fmt: skip
     noise = 2e-7 * np.random.default_rng(4).normal(size=(2, len(x)))
     recording = replace(order, channels={**order.channels, "x": x + noise[0], "y": y + noise[1]})
     fit = fitted(problem(recording, chosen, std=2e-7))
-    assert fit.problem.rest(fit.u[None], 0)[0, 2:] == pytest.approx(rest[0, 2:], abs=0.03)
+    assert fit.problem.rest(fit.u[None], 0)[0, 2:4] == pytest.approx(rest[0, 2:4], abs=0.03)
     assert 0.5 * fit.residual @ fit.residual < 0.6 * fit.problem.runs[0].count
+
+
+def test_rotors_that_stiction_holds_off_their_command_are_fitted():
+    """A loop at rest leaves them anywhere within their friction; here 150 and -80 urad off."""
+    chosen, layout = machine("yin2018_dc"), bundled_layout()
+    shown = ("x", "y", "phi1_meas", "phi2_meas")
+    order = record(chosen, short_motion(), noise=0.0, channels=shown)
+    rest = np.array([[0.0, 0.0, 0.0, 0.0, 1.5e-4, -8e-5]])
+    out = run_lanes(layout, excitation(chosen, order), machine_vector(chosen, layout)[None],
+                    dc=True, rest=rest, channels=("x", "y", "phi1", "phi2"))[0]  # fmt: skip
+    noise = np.random.default_rng(5).normal(size=out.shape) * [[1e-6], [1e-6], [2e-5], [2e-5]]
+    measured = dict(zip(shown, out + noise, strict=True))
+    recording = replace(order, channels={**order.channels, **measured})
+    white = tuple(Noise(np.zeros(0), s, s) for s in (1e-6, 1e-6, 2e-5, 2e-5))
+    fit = fitted(replace(problem(recording, chosen), noise=(white,)))
+    found = fit.problem.rest(fit.u[None], 0)[0, 4:]
+    assert found == pytest.approx(rest[0, 4:], abs=2e-5)
+    assert 0.5 * fit.residual @ fit.residual < 0.52 * fit.problem.runs[0].count
 
 
 def test_the_initial_deflection_is_fitted():
     """Nobody knows where stiction left the belts; here it left them 20 and -10 um aside."""
     order, layout = record(machine(), short_motion()), bundled_layout()
-    rest = np.array([[2e-5, -1e-5, 0.0, 0.0]])
+    rest = np.array([[2e-5, -1e-5, 0.0, 0.0, 0.0, 0.0]])
     out = run_lanes(layout, excitation(machine(), order), machine_vector(machine(), layout)[None],
                     rest=rest)[0]  # fmt: skip
     noise = 1e-6 * np.random.default_rng(3).normal(size=out.shape)

@@ -143,7 +143,7 @@ def moved(recording):
     """Sensors set aside, belts left deflected by stiction, a few spikes."""
     layout, chosen = bundled_layout(), machine()
     shift = run_lanes(layout, excitation(chosen, recording), machine_vector(chosen, layout)[None],
-                      rest=np.array([[3e-5, -2e-5, 0.0, 0.0]]))[0]  # fmt: skip
+                      rest=np.array([[3e-5, -2e-5, 0.0, 0.0, 0.0, 0.0]]))[0]  # fmt: skip
     still = run_lanes(layout, excitation(chosen, recording), machine_vector(chosen, layout)[None])
     changes = dict(zip(("x", "y"), shift - still[0] + np.array([[4e-4], [-7e-4]]), strict=True))
     channels = {n: recording[n] + v for n, v in changes.items()}

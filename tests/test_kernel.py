@@ -80,12 +80,33 @@ def test_all_effects_at_once_agree():
 
 
 def test_what_a_run_begins_with_agrees():
-    rest = np.array([[2e-4, -1e-4, 0.7, -0.9]])
+    rest = np.array([[2e-4, -1e-4, 0.7, -0.9, 0.0, 0.0]])
     found = run(excitation(), vector(), rest=rest, limit=STEP)
     slow = run_reference(bundled_layout(), excitation(), vector(), rest=rest[0], limit=STEP)
     assert np.abs(found - [slow["x"], slow["y"]]).max() < 1e-14
-    still = run(excitation(), vector(), rest=rest * [0, 0, 1, 1], limit=STEP)
+    still = run(excitation(), vector(), rest=rest * [0, 0, 1, 1, 0, 0], limit=STEP)
     assert np.abs((found - still)[:, 0] - rest[0, :2]).max() < 1e-16
+
+
+def test_rotors_off_their_command_agree_and_are_held_by_their_friction():
+    """The axes stand at the rotors; what a loop asks of them below their stiction moves nothing."""
+    values, given = vector("yin2018_dc"), excitation(dc=True)
+    given = replace(given, input1=0 * given.input1 + 1.0, input2=0 * given.input2 - 0.5)
+    gain = load_machine("yin2018_dc").at("motor_torque_gain") * given.kp
+    held = 0.5 * load_machine("yin2018_dc").at("pulley_coulomb_friction") / gain
+    for off in (held, 100 * held):
+        rest = np.array([[0.0, 0.0, 0.0, 0.0, off, -0.5 * off]])
+        shown = ("x", "y", "phi1", "phi2")
+        out = run(given, values, dc=True, rest=rest, channels=shown, limit=STEP)
+        slow = run_reference(bundled_layout(), given, values, dc=True, rest=rest[0],
+                             channels=shown, limit=STEP)  # fmt: skip
+        assert np.abs(out - [slow[c] for c in shown]).max() < 1e-12
+        angles = np.array([[1.0 + off], [-0.5 - 0.5 * off]])
+        assert out[2:, :1] == pytest.approx(angles, abs=1e-15)
+        radius = load_machine("yin2018_dc").parameters["pulley_radius"]
+        x, y = radius * (angles[0] + angles[1]) / 2, radius * (angles[0] - angles[1]) / 2
+        assert out[:2, :1] == pytest.approx(np.array([x, y]), abs=1e-15)
+        assert (np.ptp(out[2]) == 0.0) == (off == held)
 
 
 @pytest.mark.parametrize("held", [(1.0, 1.0), (-1.0, 0.5), (0.3, -1.0)])
@@ -104,9 +125,9 @@ def test_friction_holds_the_idlers_where_they_begin(held):
         return rows.T @ out[:12, 0]
 
     friction = machine.at("pulley_coulomb_friction")
-    pull = np.abs(pulls((0.0, 0.0, *held)) - pulls((0.0, 0.0, 0.0, 0.0)))
+    pull = np.abs(pulls((0.0, 0.0, *held, 0.0, 0.0)) - pulls(6 * (0.0,)))
     assert pull.max() == pytest.approx(friction * max(map(abs, held)))
-    assert pulls((0.0, 0.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-9)
+    assert pulls(6 * (0.0,)) == pytest.approx(0.0, abs=1e-9)
 
 
 def excitation_start(given, radius=5e-3):
@@ -186,7 +207,7 @@ def test_shapes_are_checked():
         run(Excitation(time[:0], time[:0], time[:0]), vector())
     with pytest.raises(ValueError, match="parameters"):
         run(Excitation(time, time, time), vector()[:-1])
-    with pytest.raises(ValueError, match=r"rest .*expected \(1, 4\)"):
+    with pytest.raises(ValueError, match=r"rest .*expected \(1, 6\)"):
         run(Excitation(time, time, time), vector(), rest=np.zeros((1, 2)))
     with pytest.raises(ValueError, match=r"inputs .*expected \(2, 1, 5\)"):
         run(Excitation(time, time, time), vector(), inputs=np.zeros((2, 5)))

@@ -104,7 +104,7 @@ def test_two_belts_in_one_register_where_they_mirror_each_other():
 
 
 def test_lanes_take_their_own_rest():
-    rest = np.linspace(-1, 1, 10)[:, None] * np.array([1e-4, -1e-4, 0.5, -1.0])
+    rest = np.linspace(-1, 1, 10)[:, None] * np.array([1e-4, -1e-4, 0.5, -1.0, 0.0, 0.0])
     sets = np.tile(vector(), (10, 1))
     together = run_lanes(bundled_layout(), excitation(), sets, rest=rest)
     for n in (0, 7, 8, 9):

@@ -23,7 +23,7 @@ typedef struct {
     double lead;                          /* [s] of motion at the first rate before the first row; 0: at rest */
     const double *parameter;              /* [sets][PARAMETER_COUNT] */
     const double *first;                  /* [sets][2] angles [rad] */
-    const double *rest;                   /* [sets][4]: see stage_begin */
+    const double *rest;                   /* [sets][6]: see stage_begin */
     const double *push;                   /* [sets][8] where a lead ends: see stage_push */
     const int *channel;                   /* outputs wanted, [channels] */
     int channels;
@@ -129,7 +129,7 @@ static void begin(stage *s, batch *b, course input, int first)
 {
     const int leads = b->lead > 0 && b->rows > 1 && b->mode != VOLTAGES;
     const double ahead = leads ? b->lead : 0.0;
-    lane angles[2], rest[4];
+    lane angles[2], rest[6];
     memset(s, 0, offsetof(stage, ring_time));
     s->topology = b->topology;
     s->drive = b->drive;
@@ -137,7 +137,7 @@ static void begin(stage *s, batch *b, course input, int first)
         const size_t set = set_of(b, first, l);
         for (int i = 0; i < 2; i++)
             angles[i][l] = b->first[2 * set + i] - ahead * slope(b, input[i][l], 0);
-        for (int i = 0; i < 4; i++) rest[i][l] = b->rest[4 * set + i];
+        for (int i = 0; i < 6; i++) rest[i][l] = b->rest[6 * set + i];
         for (int i = 0; i < PARAMETER_COUNT; i++)
             s->parameter[i][l] = b->parameter[set * PARAMETER_COUNT + i];
     }

@@ -174,7 +174,7 @@ int slave_outputs(slave *s, char *why)
 
 int slave_start(slave *s, char *why)
 {
-    const lane angles[2] = {{s->input[ANGLE]}, {s->input[ANGLE + 1]}}, rest[4] = {{0}};
+    const lane angles[2] = {{s->input[ANGLE]}, {s->input[ANGLE + 1]}}, rest[6] = {{0}};
     if (!slave_check_parameters(s, why)) return 0;
     s->stage.topology = s->choice[CHOICE_FIDELITY];
     s->stage.drive = s->choice[CHOICE_DRIVE];

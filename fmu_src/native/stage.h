@@ -94,7 +94,8 @@ typedef struct {
 } sweep;
 
 /* begin a run at rest: parameters are set, inputs hold the first angles [rad]; rest: how far x and
- * y are off [m], then, motor by motor, how much of their friction its last turn left the idlers */
+ * y are off [m], then, motor by motor, how much of their friction its last turn left the idlers, and
+ * how far it is off its command [rad], the axes along */
 void stage_begin(stage *s, double time, const lane *angles, const lane *rest);
 
 /* from where it rests into even motion: motors at these rates [rad/s], belts neither pull nor give */

@@ -177,6 +177,7 @@ static void place_at(stage *s, double time, const lane *angles, const lane *rest
     set_command(s, time);
     for (int i = 0; i < 2; i++) EACH s->q[2 + i][l] = s->command[i][l];
     run_port(s, PORT_ROTOR);
+    for (int i = 0; i < 2; i++) EACH s->q[2 + i][l] += rest[4 + i][l];
     for (int i = 0; i < 2; i++)
         EACH {
             double angle = 0;

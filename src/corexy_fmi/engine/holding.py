@@ -28,6 +28,22 @@ def holding_stiffness(machine: Machine) -> float:
     return machine.at("motor_torque_gain") * kp / machine.parameters["pulley_radius"] ** 2
 
 
+def rotor_scale(machine: Machine, e: Excitation) -> float:
+    """Half of the angle [rad] off its command at which stiction, its own and that of an axis, holds
+    a rotor against its loop; 0 without one, or where a run begins in motion.
+    """
+    if e.mode != "closed_loop" or e.kp <= 0 or e.lead > 0:
+        return 0.0
+    dry = STAGES[_like(machine)].constants(machine.parameters, 1.0).coulomb
+    torque = max(dry[2:4]) + machine.parameters["pulley_radius"] / 2 * max(dry[:2])
+    return 0.5 * float(torque) / (machine.at("motor_torque_gain") * e.kp) + 1e-9
+
+
+def rest_scale(machine: Machine, e: Excitation) -> Array:
+    """Scale (6,) of what a run begins with (`REST`)."""
+    return np.repeat([deflection_scale(machine), 1.0, rotor_scale(machine, e)], 2)
+
+
 def push_scale(machine: Machine, pace: float) -> Array:
     """Scale (8,) of a push (`PUSH`) at a pace [m/s]: that, and how far the belts give where it is
     stopped at once.

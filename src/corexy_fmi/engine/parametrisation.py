@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from corexy_fmi.engine.free_form import law_unknowns, write_law
-from corexy_fmi.engine.holding import deflection_scale, push_scale
+from corexy_fmi.engine.holding import push_scale, rest_scale
 from corexy_fmi.engine.lanes import Lanes
 from corexy_fmi.engine.samples import Run
 from corexy_fmi.engine.scaling import eased, unseen
@@ -24,7 +24,7 @@ from corexy_fmi.engine.unknowns import (
     frees_rotor,
     nominal_unknowns,
 )
-from corexy_fmi.kernel.call import PUSH, REST, Array
+from corexy_fmi.kernel.call import DEFLECTED, IDLERS, PUSH, REST, ROTORS, Array
 from corexy_fmi.kernel.layout import Instance, Layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.simulate import machine_vector
@@ -99,10 +99,15 @@ class Parametrisation:
         return {"1": max(float(turns), 1e-9), "Hz": max(float(seconds), 1e-9)}
 
     def _rest(self) -> tuple[str, ...]:
-        """What a run may begin with: idlers are held where there are any with dry friction."""
+        """What a run may begin with: idlers are held where there are any with dry friction, rotors
+        off their command where a loop turns them.
+        """
         stage = STAGES[self.machine.stage]
         constants = stage.constants(self.machine.parameters, float(self.machine.drive == "dc"))
-        return REST if max(constants.coulomb[4:], default=0.0) > 0 else REST[:2]
+        held = max(constants.coulomb[4:], default=0.0) > 0
+        modes = {run.excitation.mode for run in self.runs}
+        looped = "closed_loop" in modes and not any(stage.direct)
+        return (*DEFLECTED, *(IDLERS if held else ()), *(ROTORS if looped else ()))
 
     def _pushed(self) -> tuple[str, ...]:
         """What may be off its course where a run begins in motion: imposed motors are not."""
@@ -169,12 +174,12 @@ class Parametrisation:
         return result
 
     def rest(self, u: Array, run: int) -> Array:
-        """What a run begins with, (sets, 4): `REST`."""
-        first, count = self.first_own(run), sum(key in REST for key in self.own_keys)
+        """What a run begins with, (sets, 6): `REST`."""
         found = np.zeros((len(u), len(REST)))
-        found[:, :count] = u[:, first : first + count]
-        found[:, :2] *= deflection_scale(self.machine)
-        return found
+        for k, key in enumerate(self.own_keys, self.first_own(run)):
+            if key in REST:
+                found[:, REST.index(key)] = u[:, k]
+        return found * rest_scale(self.machine, self.runs[run].excitation)
 
     def push(self, u: Array, run: int) -> Array | None:
         """How far a run that begins in motion is off its even course, (sets, 8): `PUSH`."""
@@ -199,7 +204,7 @@ class Parametrisation:
         pairs = [x.limits() for x in self.unknowns]
         for run in self.runs:
             reach = LATEST / LATE if run.clock_free else 0.0
-            bounds = {"clock": reach} | dict.fromkeys((*REST[:2], *PUSH), 6.0)
+            bounds = {"clock": reach} | dict.fromkeys((*DEFLECTED, *ROTORS, *PUSH), 6.0)
             pairs += [(-bounds.get(key, 1.0), bounds.get(key, 1.0)) for key in self.own_keys]
         low, high = np.array(pairs).T
         return low, high

@@ -23,9 +23,13 @@ MOTORS = ("omega1", "omega2", "torque1", "torque2", "V1", "V2")
 OUTPUTS = (*MOTION, *MOTORS, *(f"tension{i + 1}" for i in range(12)))
 MODES = {"angles": 0, "voltages": 1, "closed_loop": 2}
 LANES = 8
-# what a run begins with: how far x and y are off [m]; and of the friction of the idlers, how much
-# the last turn of each motor left them (-1 .. 1: all of it, either way)
-REST = ("deflection along x", "deflection along y", "idlers since motor 1", "idlers since motor 2")
+# what a run begins with: how far x and y are off [m]; of the friction of the idlers, how much the
+# last turn of each motor left them (-1 .. 1: all of it, either way); and how far each rotor that is
+# free to turn is off its command [rad], the axes along
+DEFLECTED = ("deflection along x", "deflection along y")
+IDLERS = ("idlers since motor 1", "idlers since motor 2")
+ROTORS = ("motor 1 off its command", "motor 2 off its command")
+REST = (*DEFLECTED, *IDLERS, *ROTORS)
 # and where it begins in motion: how far it is off its even course, in place, then in speed
 ENDS = ("x", "y", "motor 1", "motor 2")
 PUSH = (*(f"start of {end}" for end in ENDS), *(f"start speed of {end}" for end in ENDS))
@@ -141,7 +145,7 @@ def _fill(
     out: Array,
 ) -> float:
     """All sets into out (sets, channels, rows); ``inputs`` are each set's own, if any; ``stage`` is
-    the fidelity, and whether it is DC, ``begun`` what the sets begin with: rest (sets, 4) and push
+    the fidelity, and whether it is DC, ``begun`` what the sets begin with: rest (sets, 6) and push
     (sets, 8).  Idle threads take some of the blocks of sets that run together.
 
     Returns the longest step [s] of the last block.
@@ -216,7 +220,7 @@ def run_lanes(
     """Run every parameter set through one excitation, or through inputs of its own.
 
     ``parameters`` (sets, layout.parameters); ``inputs`` (2, sets, rows): what stands for the
-    excitation's two inputs in each set; ``rest`` (sets, 4): what each set begins
+    excitation's two inputs in each set; ``rest`` (sets, 6): what each set begins
     with (`REST`); ``push`` (sets, 8): how far x, y, both motors [m, rad] and their speeds
     are off where a lead ends (`PUSH`); ``limit`` the longest micro-step [s], 0: from the fastest
     pole of the sets that run together.

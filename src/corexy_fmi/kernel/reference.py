@@ -27,16 +27,17 @@ class ReferenceStage(DampedIdlers):
         self.past = Past(history(layout))
 
     def begin(self, time: float, angles: tuple[float, float], rest: Array) -> None:
-        """At rest near eq. (1) of the angles, idlers in equilibrium; ``rest`` (4,): `REST`."""
+        """At rest near eq. (1) of the angles, idlers in equilibrium; ``rest`` (6,): `REST`."""
         a = self.a
         self.time = self.now = self.begun = self.ramp_time = time
         self.ramp = (np.array(angles), np.zeros(2))
         self._command(time)
         a["q"][2:4] = a["command"]
         self.run_port("rotor")
+        a["q"][2:4] = a["q"][2:4] + rest[4:]
         aside = a["q"][2:4] - a["command"]
         follow = np.array(self.stage.rest) * self.radius
-        turn = self._settled(np.r_[follow @ rest[2:], rest[2:]], 0.0)[4:]
+        turn = self._settled(np.r_[follow @ rest[2:4], rest[2:4]], 0.0)[4:]
         held = -a["bound0"][4:] * np.clip(turn, -1.0, 1.0)
         balance = self._settled(np.zeros(2), held)[:2]
         a["q"][:2] = follow @ (np.array(angles) + aside) + balance + rest[:2]
