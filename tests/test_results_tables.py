@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.concealed import distances, tables
+from benchmarks.concealed import distances, render, tables
 from benchmarks.concealed.held import removed
 
 
@@ -131,9 +131,9 @@ def test_a_fit_without_the_effect_bounds_what_the_plant_calls_e() -> None:
         case("c", 1, 2, 9000.0, 30.0),  # one of two explains both
         case("d", 2, 2, 9000.0, 3.0),
     ]
-    (sentence, _) = distances.overstated(told)
+    sentence, *names = distances.overstated(told)
     assert "in 2 of 4 cases" in sentence
-    assert "b (1000: 400), c (1000: 30)" in sentence
+    assert "b (1000: 400), c (1000: 30)" in names
     assert distances.overstated([{"truth": {"kind": "effect"}}]) == []
 
 
@@ -155,3 +155,11 @@ def test_distances_to_the_truth_of_older_cases_with_a_known_zero_are_left_out(
     assert distances.misread(case) == wrong
     (line, *_) = distances.removal([ENTRIES[0], case])
     assert ("n = 1)" in line) == ("Left out: 1" in line) == wrong
+
+
+def test_a_second_round_has_tables_of_its_own() -> None:
+    entries = render.run_of("full")[:70]
+    lines = render.again(entries)
+    assert "70 sealed cases so far" in lines[2]
+    assert lines[4].startswith("| measure | aim | measured")
+    assert "### Levels of concealment" in lines

@@ -10,6 +10,7 @@ from typing import Any
 
 from scipy.stats import binomtest
 
+from benchmarks.concealed.fold import folded
 from corexy_fmi.effects import catalogue
 
 Entry = dict[str, Any]
@@ -170,9 +171,10 @@ def _intervals(entries: list[Entry], latest: list[Entry] | None) -> list[str]:
         f"where the plant's law has the catalogue's form: {_pooled(own)}.{told}",
         "",
     ]
-    lines += ["| effect | parameter | inside | in the catalogue's form |", "|---|---|---|---|"]
+    table = ["| effect | parameter | inside | in the catalogue's form |", "|---|---|---|---|"]
     rows = ((e, p, v, own.get((e, p), [])) for (e, p), v in sorted(found.items()))
-    return lines + [f"| {e} | {p} | {_of(v)} | {_of(o)} |" for e, p, v, o in rows]
+    table += [f"| {e} | {p} | {_of(v)} | {_of(o)} |" for e, p, v, o in rows]
+    return lines + folded(f"{len(found)} parameters one by one", table)
 
 
 def _covered(entries: list[Entry]) -> list[dict[tuple[str, str], list[bool]]]:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from plant.world import ZEROED, stream
 
+from benchmarks.concealed.fold import folded
+
 Entry = dict[str, Any]
 STRONG = 700.0  # planted at E = 1000; the real E scatters around it
 SHOWN = 100.0  # of the squared error kept back: the effect shows there
@@ -96,13 +98,14 @@ def overstated(entries: list[Entry]) -> list[str]:
     if not told:
         return []
     names = ", ".join(f"{e['name']} ({e['truth']['E']:.0f}: {_least(e):.0f})" for e in far)
+    shown = [*folded("Which (E: reached)", [names]), ""] if far else []
     return [
         "E is a minimum, which the plant may miss: in "
         f"{len(far)} of {len(told)} cases a machine that was fitted here without all that was "
-        f"planted comes {MORE:g} times nearer to the noise-free truth than that"
-        f"{': ' + names if names else ''}. No case is counted otherwise for it."
-        + left_out(entries),
+        f"planted comes {MORE:g} times nearer to the noise-free truth than that. No case is "
+        f"counted otherwise for it.{left_out(entries)}",
         "",
+        *shown,
     ]
 
 

@@ -22,6 +22,7 @@ from rich.progress import track
 
 from benchmarks.concealed.blind import load
 from benchmarks.concealed.calibration import rate
+from benchmarks.concealed.fold import folded
 from benchmarks.concealed.proof import RESULTS, append, commit, kept_of, read, waiting
 from benchmarks.concealed.score import score
 from corexy_fmi.engine import Diagnosis, diagnose
@@ -102,9 +103,14 @@ def section() -> list[str]:
         f"passed over so far: {_passed_over(entries)}.",
         *([f"Before that, some of them by two engines, {_summary(before)}."] if before else []),
         "",
-        "| case | planted | before | runs | after |",
-        "|---|---|---|---|---|",
-        *(_row(e) for e in entries),
+        *folded(
+            f"{len(entries)} cases one by one",
+            [
+                "| case | planted | before | runs | after |",
+                "|---|---|---|---|---|",
+                *(_row(e) for e in entries),
+            ],
+        ),
         "",
     ]
 
