@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.case import estimate, named, offered, table
-from corexy_fmi.engine.classes import equals
+from corexy_fmi.engine.telling.classes import equals
 
 HEAD = """\
 # Flexdrive: two carts on a spring

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.document import fit_rows
-from corexy_fmi.engine.fit import Fit, minimise, settle
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.prove import prove
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.samples import Run
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.data.samples import Run
+from corexy_fmi.engine.fitting.fit import Fit, minimise, settle
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import tuned_machine
+from corexy_fmi.engine.judging.prove import prove
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.telling.document import fit_rows
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording

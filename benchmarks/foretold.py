@@ -20,8 +20,8 @@ from rich.progress import track
 
 from benchmarks.outcome import RESULTS, commit, keep_page
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.plan import smallest
-from corexy_fmi.engine.plan_size import Nameable, stronger
+from corexy_fmi.engine.naming.plan_size import Nameable, stronger
+from corexy_fmi.engine.planning.plan import smallest
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, Machine, load_machine
 from corexy_fmi.programs import named_command, programs, stage_limits

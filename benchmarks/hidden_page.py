@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from benchmarks.case import table
-from corexy_fmi.engine.classes import equals
+from corexy_fmi.engine.telling.classes import equals
 
 Pair = tuple[str, str]
 AFTER = """\

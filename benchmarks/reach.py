@@ -23,22 +23,22 @@ from rich.progress import track
 
 from benchmarks.outcome import RESULTS, commit, write_outcome
 from corexy_fmi.effects.api import Parameter
-from corexy_fmi.engine.abreast import alone
-from corexy_fmi.engine.beyond import beyond
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.foresee import Sensing, filled, imagined
-from corexy_fmi.engine.noise import white
-from corexy_fmi.engine.plan import bare
-from corexy_fmi.engine.plan_size import sized
-from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.rough import across
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import long_fit
-from corexy_fmi.engine.signature import changes, row_of
-from corexy_fmi.engine.spread import Spread, spread
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.noise import white
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.rough import across
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.abreast import alone
+from corexy_fmi.engine.naming.beyond import beyond
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.plan_size import sized
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.search import long_fit
+from corexy_fmi.engine.naming.signature import changes, row_of
+from corexy_fmi.engine.naming.spread import Spread, spread
+from corexy_fmi.engine.planning.foresee import Sensing, filled, imagined
+from corexy_fmi.engine.planning.plan import bare
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance, bundled_layout
 from corexy_fmi.machine import Machine, load_machine

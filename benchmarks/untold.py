@@ -22,13 +22,13 @@ from scipy.stats import binomtest
 from benchmarks.outcome import RESULTS, keep_page, write_outcome
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
-from corexy_fmi.engine import untold
-from corexy_fmi.engine.fit import Fit, minimise
-from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.plan_size import stronger
-from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.samples import make_run
-from corexy_fmi.engine.screen import bounds
+from corexy_fmi.engine.data.samples import make_run
+from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.engine.naming import untold
+from corexy_fmi.engine.naming.plan_size import stronger
+from corexy_fmi.engine.naming.screen import bounds
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, Machine, load_machine
 from corexy_fmi.motion import chain, circle, command, line, rest

@@ -24,12 +24,12 @@ import numpy as np
 from benchmarks.case import PAGES, ROOT, corexy, kept
 from benchmarks.outcome import RESULTS, write_outcome
 from benchmarks.voron_page import rendered
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.document import not_excluded
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.screen import bounds
-from corexy_fmi.engine.wiring import fitted, predicted
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.data.wiring import fitted, predicted
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.screen import bounds
+from corexy_fmi.engine.telling.document import not_excluded
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import Recording, read_recording, write_recording

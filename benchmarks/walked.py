@@ -21,12 +21,12 @@ from rich.progress import track
 
 from benchmarks.outcome import write_outcome
 from benchmarks.reach import planted, visible
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.fit import Fit, minimise
-from corexy_fmi.engine.looser import loosened
-from corexy_fmi.engine.model import covariance, effect_table, ends
-from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.walked import walked
+from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.looser import loosened
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.engine.judging.model import covariance, effect_table, ends
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.telling.walked import walked
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance, bundled_layout
 from corexy_fmi.machine import Machine, load_machine

@@ -10,12 +10,12 @@ from itertools import pairwise
 import numpy as np
 
 from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.data.samples import make_run
 from corexy_fmi.engine.diagnose import Diagnosis
-from corexy_fmi.engine.fit import Fit, minimise
-from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.samples import make_run
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, Machine, load_machine
 from corexy_fmi.motion import Motion, chain, circle, command, line, rest

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.concealed import thresholds
-from corexy_fmi.engine.entries import CEILING, TEMPERATURE
+from corexy_fmi.engine.naming.entries import CEILING, TEMPERATURE
 
 
 def null(gain):

@@ -9,11 +9,11 @@ from scipy.io import loadmat
 from benchmarks import emps
 from benchmarks.outcome import RESULTS
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.candidates import hypotheses
-from corexy_fmi.engine.edges import edges
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.pulses import pulse_fits, train
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.naming.candidates import hypotheses
+from corexy_fmi.engine.naming.edges import edges
+from corexy_fmi.engine.naming.pulses import pulse_fits, train
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording.columns import import_columns

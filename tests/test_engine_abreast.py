@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from engine_kit import machine, other_motion, problem, record, short_motion
 
-from corexy_fmi.engine import abreast
-from corexy_fmi.engine.abreast import TOGETHER, alone, in_companies, residuals
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.signature import row_of
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming import abreast
+from corexy_fmi.engine.naming.abreast import TOGETHER, alone, in_companies, residuals
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.signature import row_of
 from corexy_fmi.kernel.layout import bundled_layout
 
 LAYOUT = bundled_layout()

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from engine_kit import machine, other_motion, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.aliases import aliases
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.overtones import overtone_fits
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.naming.aliases import aliases
+from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from corexy_fmi.engine.screen import BESIDE, KEPT, apart
+from corexy_fmi.engine.naming.screen import BESIDE, KEPT, apart
 
 
 def test_the_best_are_kept_but_for_those_beside_them():

@@ -7,8 +7,8 @@ import pytest
 from engine_kit import NOISE, machine, problem, record, rich_motion
 from scipy.signal import lfilter
 
-from corexy_fmi.engine.axes import uneven
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.judging.axes import uneven
 from corexy_fmi.kernel.layout import bundled_layout
 
 LONG = 0.999  # of the last millisecond's

@@ -15,8 +15,8 @@ from engine_kit import (
     with_effects,
 )
 
-from corexy_fmi.engine.beyond import Beyond, beyond
-from corexy_fmi.engine.signature import gain_many, gain_one
+from corexy_fmi.engine.naming.beyond import Beyond, beyond
+from corexy_fmi.engine.naming.signature import gain_many, gain_one
 
 
 @pytest.fixture(scope="module")

@@ -3,11 +3,11 @@
 import numpy as np
 from engine_kit import STRIBECK, machine, other_motion, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.bold import bold_fits
-from corexy_fmi.engine.candidates import hypotheses
-from corexy_fmi.engine.entries import THRESHOLD
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.search import rank
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.naming.bold import bold_fits
+from corexy_fmi.engine.naming.candidates import hypotheses
+from corexy_fmi.engine.naming.entries import THRESHOLD
+from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from engine_kit import NOISE, fitted, machine, problem, record, rich_motion
 
-from corexy_fmi.engine.choice import ROUNDS, choose, explain
-from corexy_fmi.engine.fit import own_noise, white_noise
-from corexy_fmi.engine.offer import Offer
-from corexy_fmi.engine.responses import Response
-from corexy_fmi.engine.view import View, plain
+from corexy_fmi.engine.fitting.fit import own_noise, white_noise
+from corexy_fmi.engine.places.choice import ROUNDS, choose, explain
+from corexy_fmi.engine.places.offer import Offer
+from corexy_fmi.engine.places.responses import Response
+from corexy_fmi.engine.places.view import View, plain
 
 
 def test_what_is_taken_pays_its_price():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from corexy_fmi.engine.classes import between, equals, sets
+from corexy_fmi.engine.telling.classes import between, equals, sets
 
 A, B, C, D = (("backlash", "motor1"), ("sensor_delay", "sensor"), ("sensor_lag", "sensor"),
               ("tool_mode", "tool"))  # fmt: skip

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from engine_kit import machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.clean import without_spikes
-from corexy_fmi.engine.clean_again import without_more_spikes
-from corexy_fmi.engine.entries import entry_of
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import long_fit
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.clean import without_spikes
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.clean_again import without_more_spikes
+from corexy_fmi.engine.naming.entries import entry_of
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.search import long_fit
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.clock import start
-from corexy_fmi.engine.parametrisation import LATE
+from corexy_fmi.engine.fitting.clock import start
+from corexy_fmi.engine.fitting.parametrisation import LATE
 from corexy_fmi.machine import EffectUse
 from tests.engine_kit import machine as nominal
 from tests.engine_kit import pair, problem

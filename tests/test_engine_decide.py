@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from corexy_fmi.engine.entries import CEILING, Competition
-from corexy_fmi.engine.verdict import SURE, decide
+from corexy_fmi.engine.judging.verdict import SURE, decide
+from corexy_fmi.engine.naming.entries import CEILING, Competition
 
 
 def entry(name, gain, law=None):

@@ -8,8 +8,8 @@ from engine_kit import machine, record, rich_motion
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter, savgol_filter
 
-from corexy_fmi.engine.derived import without_derived
-from corexy_fmi.engine.given import preflight
+from corexy_fmi.engine.data.derived import without_derived
+from corexy_fmi.engine.data.given import preflight
 
 NOISE = 2e-5
 

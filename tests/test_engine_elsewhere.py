@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, short_motion, with_effects
 
-from corexy_fmi.engine.elsewhere import elsewhere
-from corexy_fmi.engine.entries import FAMILY, THRESHOLD, catalogue_first, entry_of
-from corexy_fmi.engine.fit import Fit, settle
-from corexy_fmi.engine.name import _against_sets
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import Fit, settle
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.elsewhere import elsewhere
+from corexy_fmi.engine.naming.entries import FAMILY, THRESHOLD, catalogue_first, entry_of
+from corexy_fmi.engine.naming.name import _against_sets
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -82,8 +82,8 @@ def test_laws_are_halved_beside_sets_only():
 def test_a_law_is_told_by_parity_beside_a_set_with_what_that_gains(monkeypatch):
     whole = Fit(None, np.zeros(1), 50.0, np.zeros(1))
     half = Fit(SimpleNamespace(hypothesis="half of it"), np.zeros(1), 30.0, np.zeros(1))
-    monkeypatch.setattr("corexy_fmi.engine.name.by_parity", lambda fit: half)
-    monkeypatch.setattr("corexy_fmi.engine.name.rank", lambda fit: fit.cost)
+    monkeypatch.setattr("corexy_fmi.engine.naming.name.by_parity", lambda fit: half)
+    monkeypatch.setattr("corexy_fmi.engine.naming.name.rank", lambda fit: fit.cost)
     near, far = entry(95.0, law=object()), entry(10.0, law=object())
     near.fit = far.fit = whole
     pair = entry(100.0, ("one", "two"))

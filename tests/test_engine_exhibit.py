@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from engine_kit import machine, problem, record, short_motion, with_effects
 
-from corexy_fmi.engine.exhibit import curves
-from corexy_fmi.engine.prove import follow_up
-from corexy_fmi.engine.prove import replay as replay_of
-from corexy_fmi.engine.samples import split_in_time
+from corexy_fmi.engine.data.samples import split_in_time
+from corexy_fmi.engine.judging.prove import follow_up
+from corexy_fmi.engine.judging.prove import replay as replay_of
+from corexy_fmi.engine.telling.exhibit import curves
 from corexy_fmi.machine import EffectUse
 
 PULL = EffectUse("constant_force", "y", {"force": 5.0})

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from engine_kit import machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.entries import entry_of, ranked
-from corexy_fmi.engine.experiment import rivals
-from corexy_fmi.engine.family import at_end, within_family
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.free_form import law_values
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import long_fit
-from corexy_fmi.engine.unknowns import Hypothesis
-from corexy_fmi.engine.verdict import decide
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.free_form import law_values
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.verdict import decide
+from corexy_fmi.engine.naming.entries import entry_of, ranked
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.search import long_fit
+from corexy_fmi.engine.places.family import at_end, within_family
+from corexy_fmi.engine.planning.experiment import rivals
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, FreeForm
 

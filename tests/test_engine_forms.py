@@ -8,10 +8,10 @@ from engine_kit import fitted as fitted_bare
 from engine_kit import machine, problem, record, short_motion, with_effects
 
 from corexy_fmi.effects import catalogue
-from corexy_fmi.engine.entries import entry_of
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.forms import UNTOLD, at_form, at_forms
-from corexy_fmi.engine.model import Z95, covariance
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.judging.model import Z95, covariance
+from corexy_fmi.engine.naming.entries import entry_of
+from corexy_fmi.engine.naming.forms import UNTOLD, at_form, at_forms
 from corexy_fmi.machine import EffectUse
 
 SIZES = {

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, short_motion, with_effects
 
-from corexy_fmi.engine.candidates import hypotheses
-from corexy_fmi.engine.entries import THRESHOLD, Entry, without_idle
-from corexy_fmi.engine.fit import Fit, costs
-from corexy_fmi.engine.idle import idle
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import _shorts
+from corexy_fmi.engine.fitting.fit import Fit, costs
+from corexy_fmi.engine.naming.candidates import hypotheses
+from corexy_fmi.engine.naming.entries import THRESHOLD, Entry, without_idle
+from corexy_fmi.engine.naming.idle import idle
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.search import _shorts
 from corexy_fmi.machine import EffectUse
 
 SOFT = {"holding_torque": 0.1, "damping": 1e-3}

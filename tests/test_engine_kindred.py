@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.kindred import kindred
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.search import long_fit
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.kindred import kindred
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.search import long_fit
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.looser import LOOSE, loosened
-from corexy_fmi.engine.model import covariance, effect_table, ends
+from corexy_fmi.engine.fitting.looser import LOOSE, loosened
+from corexy_fmi.engine.judging.model import covariance, effect_table, ends
 from corexy_fmi.machine import EffectUse
 
 LATE = EffectUse("sensor_delay", "sensor", {"delay": 2e-3})

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from engine_kit import NOISE, fitted, machine, problem, record, short_motion
 
-from corexy_fmi.engine.doubt import incomplete
-from corexy_fmi.engine.louder import loudest
-from corexy_fmi.engine.noise import white
-from corexy_fmi.engine.samples import make_run
-from corexy_fmi.engine.verdict import Verdict
+from corexy_fmi.engine.data.samples import make_run
+from corexy_fmi.engine.fitting.louder import loudest
+from corexy_fmi.engine.fitting.noise import white
+from corexy_fmi.engine.judging.doubt import incomplete
+from corexy_fmi.engine.judging.verdict import Verdict
 
 
 def fit_of(second, runs=2):

@@ -19,10 +19,17 @@ from engine_kit import (
 from scipy.signal import lfilter
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.clean import spikes, told, without_spikes
-from corexy_fmi.engine.noise import Noise, estimate, finest, least_step, quick_noise, warm_up
-from corexy_fmi.engine.quiet import own_models
-from corexy_fmi.engine.samples import Samples, make_run, split_in_time
+from corexy_fmi.engine.data.samples import Samples, make_run, split_in_time
+from corexy_fmi.engine.fitting.clean import spikes, told, without_spikes
+from corexy_fmi.engine.fitting.noise import (
+    Noise,
+    estimate,
+    finest,
+    least_step,
+    quick_noise,
+    warm_up,
+)
+from corexy_fmi.engine.fitting.quiet import own_models
 
 COUNT = 6000
 MODELS = {

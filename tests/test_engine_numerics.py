@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from engine_kit import fitted, machine, problem, record, short_motion
 
-from corexy_fmi.engine import unknowns
+from corexy_fmi.engine.fitting import unknowns
 from corexy_fmi.machine import load_machine
 from corexy_fmi.parameters import NUMERICS
 from corexy_fmi.topologies import TOPOLOGIES

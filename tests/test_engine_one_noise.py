@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from engine_kit import machine, problem, record, rich_motion
 
-from corexy_fmi.engine.entries import entry_of
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.one_noise import under_one_noise
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.entries import entry_of
+from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

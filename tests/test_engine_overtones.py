@@ -14,11 +14,18 @@ from engine_kit import (
     with_effects,
 )
 
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.overtones import DUTIES, OVERTONES, _phase, _share, alone, overtone_fits
-from corexy_fmi.engine.pairs import _parts, _pays
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.search import rank
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.naming.overtones import (
+    DUTIES,
+    OVERTONES,
+    _phase,
+    _share,
+    alone,
+    overtone_fits,
+)
+from corexy_fmi.engine.naming.pairs import _parts, _pays
+from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

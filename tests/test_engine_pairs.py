@@ -6,8 +6,8 @@ import pytest
 from engine_kit import ASIDE, machine, named, record, rich_motion, with_effects
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine import pairs as second
-from corexy_fmi.engine.specification import Leftover
+from corexy_fmi.engine.naming import pairs as second
+from corexy_fmi.engine.naming.specification import Leftover
 from corexy_fmi.machine import EffectUse
 
 FIRST = 10_000.0  # [nats] that the first effect gains

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion
 
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.predict import _laplace, carried, predictive_cost
-from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.samples import make_run
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.data.samples import make_run
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.predict import _laplace, carried, predictive_cost
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.recording import Recording
 
@@ -140,7 +140,7 @@ def test_cures_of_rough_ground_foretell_the_same_of_smooth(monkeypatch: pytest.M
     fit = fitted(problem(record(machine(), rich_motion(), "a.csv", seed=1), machine()))
     run = make_run(record(machine(), rich_motion(), "b.csv", seed=2), machine(), "holdout")
     smooth = predictive_cost(fit, run, fit.problem.noise[0])
-    monkeypatch.setattr("corexy_fmi.engine.rough.is_rough", lambda fit: True)
+    monkeypatch.setattr("corexy_fmi.engine.fitting.rough.is_rough", lambda fit: True)
     assert predictive_cost(fit, run, fit.problem.noise[0]) == pytest.approx(smooth, abs=1.0)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from engine_kit import machine, other_motion, record, rich_motion, short_motion
 
-from corexy_fmi.engine.preflight import check
+from corexy_fmi.engine.data.preflight import check
 from corexy_fmi.motion import chain, line, rest
 from corexy_fmi.recording import Recording
 

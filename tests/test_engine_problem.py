@@ -20,14 +20,14 @@ from engine_kit import (
     with_effects,
 )
 
-from corexy_fmi.engine.candidates import hypotheses, instances
-from corexy_fmi.engine.fit import minimise, own_noise, settle
-from corexy_fmi.engine.holding import deflection_scale
-from corexy_fmi.engine.model import covariance, retuned_table, tuned_machine
-from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.prove import replay
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.slopes import step_lengths
+from corexy_fmi.engine.fitting.fit import minimise, own_noise, settle
+from corexy_fmi.engine.fitting.holding import deflection_scale
+from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.fitting.slopes import step_lengths
+from corexy_fmi.engine.judging.model import covariance, retuned_table, tuned_machine
+from corexy_fmi.engine.judging.prove import replay
+from corexy_fmi.engine.naming.candidates import hypotheses, instances
+from corexy_fmi.engine.naming.screen import screen
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.simulate import excitation, machine_vector
@@ -282,7 +282,7 @@ def test_a_fit_that_breaks_down_under_its_own_noise_stays(monkeypatch):
     broken = replace(fit, cost=np.inf, residual=np.full_like(fit.residual, np.inf))
     calls = []
     monkeypatch.setattr(
-        "corexy_fmi.engine.fit.minimise", lambda *given: calls.append(given) or broken
+        "corexy_fmi.engine.fitting.fit.minimise", lambda *given: calls.append(given) or broken
     )
     assert settle(fit) is fit
     assert len(calls) == 1

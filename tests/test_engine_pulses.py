@@ -7,10 +7,10 @@ import pytest
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.edges import Edge, edges
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.pulses import train
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.naming.edges import Edge, edges
+from corexy_fmi.engine.naming.pulses import train
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import EffectUse

@@ -7,9 +7,9 @@ import pytest
 from engine_kit import NOISE, machine, record, short_motion
 from scipy.signal import lfilter
 
-from corexy_fmi.engine.jitter import scatter
-from corexy_fmi.engine.quiet import own_models
-from corexy_fmi.engine.samples import make_run
+from corexy_fmi.engine.data.samples import make_run
+from corexy_fmi.engine.fitting.jitter import scatter
+from corexy_fmi.engine.fitting.quiet import own_models
 from corexy_fmi.motion import chain, rest
 
 LONG = chain(short_motion(), rest((0, 0), 1.5))

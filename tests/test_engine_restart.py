@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from engine_kit import DELAY, machine, problem, record, short_motion, with_effects
 
-from corexy_fmi.engine import again, restart
-from corexy_fmi.engine.fit import Fit, minimise
+from corexy_fmi.engine.fitting import restart
+from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.naming import again
 
 SMALL = restart.Breadth(16, 1, 8)
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from engine_kit import DELAY, machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.fit import Fit, minimise
-from corexy_fmi.engine.problem import Problem
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.rough import PAYS, across, averaged, is_rough, softened, unstuck
+from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.rough import PAYS, across, averaged, is_rough, softened, unstuck
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

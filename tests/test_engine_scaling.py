@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from engine_kit import machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.model import covariance
-from corexy_fmi.engine.scaling import agree, eased, grown
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.scaling import agree, eased, grown
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import covariance
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

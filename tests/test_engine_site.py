@@ -20,27 +20,27 @@ from engine_kit import (
     with_effects,
 )
 
-from corexy_fmi.engine import responses
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.choice import Choice
-from corexy_fmi.engine.document import whereabouts
-from corexy_fmi.engine.doubt import misplaced, unfinished, with_curve
-from corexy_fmi.engine.entries import Competition
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.free_form import LawShape
-from corexy_fmi.engine.imposed import courses
-from corexy_fmi.engine.noise import white
-from corexy_fmi.engine.probe_laws import WAVES, play
-from corexy_fmi.engine.probes import Probe
-from corexy_fmi.engine.responses import moved
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.site import AMISS, PART, Site, beside, elsewhere, shared, sites
-from corexy_fmi.engine.specification import LEAST, Leftover
-from corexy_fmi.engine.spots import best_law
-from corexy_fmi.engine.swings import swing
-from corexy_fmi.engine.unknowns import Hypothesis
-from corexy_fmi.engine.verdict import Verdict
-from corexy_fmi.engine.view import plain
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.free_form import LawShape
+from corexy_fmi.engine.fitting.noise import white
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.doubt import misplaced, unfinished, with_curve
+from corexy_fmi.engine.judging.verdict import Verdict
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.entries import Competition
+from corexy_fmi.engine.naming.specification import LEAST, Leftover
+from corexy_fmi.engine.places import responses
+from corexy_fmi.engine.places.choice import Choice
+from corexy_fmi.engine.places.imposed import courses
+from corexy_fmi.engine.places.probe_laws import WAVES, play
+from corexy_fmi.engine.places.probes import Probe
+from corexy_fmi.engine.places.responses import moved
+from corexy_fmi.engine.places.site import AMISS, PART, Site, beside, elsewhere, shared, sites
+from corexy_fmi.engine.places.spots import best_law
+from corexy_fmi.engine.places.swings import swing
+from corexy_fmi.engine.places.view import plain
+from corexy_fmi.engine.telling.document import whereabouts
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.clean import without_spikes
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.quiet import at_rest, independent
-from corexy_fmi.engine.samples import make_run
-from corexy_fmi.engine.specification import functions, leftover
+from corexy_fmi.engine.data.samples import make_run
+from corexy_fmi.engine.fitting.clean import without_spikes
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.quiet import at_rest, independent
+from corexy_fmi.engine.naming.specification import functions, leftover
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.motion import chain, rest
 from tests.engine_kit import NOISE, fitted, machine, pair, problem, record, rich_motion

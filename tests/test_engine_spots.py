@@ -8,16 +8,16 @@ import pytest
 from engine_kit import machine, other_motion, problem, record, rich_motion, short_motion
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.again import refined
-from corexy_fmi.engine.candidates import laws
-from corexy_fmi.engine.entries import Competition
-from corexy_fmi.engine.free_form import LawShape, law_values
-from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.probe_laws import FINE
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.site import Site, sites
-from corexy_fmi.engine.spots import ACROSS, _windows, best_law, with_spot
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.free_form import LawShape, law_values
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import tuned_machine
+from corexy_fmi.engine.naming.again import refined
+from corexy_fmi.engine.naming.candidates import laws
+from corexy_fmi.engine.naming.entries import Competition
+from corexy_fmi.engine.places.probe_laws import FINE
+from corexy_fmi.engine.places.site import Site, sites
+from corexy_fmi.engine.places.spots import ACROSS, _windows, best_law, with_spot
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import FreeForm
 

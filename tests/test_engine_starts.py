@@ -19,18 +19,18 @@ from engine_kit import (
 )
 
 from corexy_fmi.effects import api, catalogue
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.local import last_parts, shows
-from corexy_fmi.engine.model import effect_table, tuned_machine
-from corexy_fmi.engine.name import compete
-from corexy_fmi.engine.prove import follow_up
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.samples import even
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.spread import Spread, combinations, groups, spread, tones
-from corexy_fmi.engine.starts import LOST, STIFFER, astray, central, starts, stiffer
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.data.samples import even
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.starts import LOST, STIFFER, astray, central, starts, stiffer
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.local import last_parts, shows
+from corexy_fmi.engine.judging.model import effect_table, tuned_machine
+from corexy_fmi.engine.judging.prove import follow_up
+from corexy_fmi.engine.naming.name import compete
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.spread import Spread, combinations, groups, spread, tones
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

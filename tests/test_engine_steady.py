@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion
 
-from corexy_fmi.engine.fit import Fit, minimise
-from corexy_fmi.engine.specification import NOTHING
-from corexy_fmi.engine.steady import unsteady
+from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.judging.steady import unsteady
+from corexy_fmi.engine.naming.specification import NOTHING
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.recording import Recording
 

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from engine_kit import STRIBECK, fitted, machine, problem, record, short_motion, with_effects
 
-from corexy_fmi.engine import abreast, retune
-from corexy_fmi.engine.fit import HIDDEN, Fit, costs, fine, hides
-from corexy_fmi.engine.micro_step import AT_EASE, damped
-from corexy_fmi.engine.signature import changes
-from corexy_fmi.engine.slopes import BROKEN
-from corexy_fmi.engine.starts import stiffened
-from corexy_fmi.engine.unknowns import STIFFNESS
+from corexy_fmi.engine.fitting import retune
+from corexy_fmi.engine.fitting.fit import HIDDEN, Fit, costs, fine, hides
+from corexy_fmi.engine.fitting.micro_step import AT_EASE, damped
+from corexy_fmi.engine.fitting.slopes import BROKEN
+from corexy_fmi.engine.fitting.starts import stiffened
+from corexy_fmi.engine.fitting.unknowns import STIFFNESS
+from corexy_fmi.engine.naming import abreast
+from corexy_fmi.engine.naming.signature import changes
 
 RIGID = ("axis_skew", "sensor"), ("constant_force", "x"), ("stribeck_friction", "x")
 POLES = ("tool_mode", "tool"), ("presliding_hysteresis", "x"), ("belt_mismatch", "belts")

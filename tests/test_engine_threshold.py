@@ -7,12 +7,12 @@ import pytest
 from engine_kit import machine, other_motion, problem, record, with_effects
 
 from corexy_fmi.effects import catalogue
-from corexy_fmi.engine.abreast import alone
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.signature import ACTS, changes, row_of, within_threshold
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.abreast import alone
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.signature import ACTS, changes, row_of, within_threshold
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

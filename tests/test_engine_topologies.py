@@ -8,8 +8,8 @@ import pytest
 from engine_kit import NOISE, named, other_motion, rich_motion
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.restart import begun, best
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.restart import begun, best
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.machine.check import machine_from
 from corexy_fmi.motion import row_times

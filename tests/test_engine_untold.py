@@ -9,15 +9,15 @@ from engine_kit import machine, problem, record, rich_motion
 
 from benchmarks import untold as study
 from corexy_fmi.effects import catalogue
-from corexy_fmi.engine.abreast import alone
-from corexy_fmi.engine.beyond import beyond
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.free_form import LawShape
-from corexy_fmi.engine.model import upper_bound
-from corexy_fmi.engine.screen import bounds
-from corexy_fmi.engine.signature import Score, changes, row_of
-from corexy_fmi.engine.unknowns import Hypothesis
-from corexy_fmi.engine.untold import untold
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.free_form import LawShape
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import upper_bound
+from corexy_fmi.engine.naming.abreast import alone
+from corexy_fmi.engine.naming.beyond import beyond
+from corexy_fmi.engine.naming.screen import bounds
+from corexy_fmi.engine.naming.signature import Score, changes, row_of
+from corexy_fmi.engine.naming.untold import untold
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse, FreeForm
 

@@ -6,10 +6,10 @@ from functools import cache
 import pytest
 from engine_kit import NOISE, STRIBECK, fitted, machine, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.forms import UNTOLD
-from corexy_fmi.engine.model import covariance, effect_table, ends
-from corexy_fmi.engine.walked import WIDE, _end, further, walked
-from corexy_fmi.engine.whole import held
+from corexy_fmi.engine.judging.model import covariance, effect_table, ends
+from corexy_fmi.engine.naming.forms import UNTOLD
+from corexy_fmi.engine.naming.whole import held
+from corexy_fmi.engine.telling.walked import WIDE, _end, further, walked
 from corexy_fmi.machine import EffectUse
 
 PLANTED = {

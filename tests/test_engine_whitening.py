@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.samples import Samples
-from corexy_fmi.engine.whitening import Filter
+from corexy_fmi.engine.data.samples import Samples
+from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.fitting.whitening import Filter
 from corexy_fmi.kernel import whiten
 from corexy_fmi.kernel.whiten import ORDER, Whitening
 

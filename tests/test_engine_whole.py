@@ -7,11 +7,11 @@ import pytest
 from engine_kit import machine, problem, record, short_motion, with_effects
 
 from corexy_fmi.effects import catalogue
-from corexy_fmi.engine.fit import minimise
-from corexy_fmi.engine.name import compete
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.unknowns import WITHIN
-from corexy_fmi.engine.whole import _beside, whole
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import WITHIN
+from corexy_fmi.engine.naming.name import compete
+from corexy_fmi.engine.naming.whole import _beside, whole
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

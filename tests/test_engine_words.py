@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion
 
-from corexy_fmi.engine.again import by_parity, refined
-from corexy_fmi.engine.free_form import LawShape, law_errors, law_values
-from corexy_fmi.engine.model import covariance, tuned_machine
-from corexy_fmi.engine.period import period
-from corexy_fmi.engine.search import rank
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.fitting.free_form import LawShape, law_errors, law_values
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import covariance, tuned_machine
+from corexy_fmi.engine.judging.period import period
+from corexy_fmi.engine.naming.again import by_parity, refined
+from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.machine import FreeForm
 
 KNOTS = (-0.08, -0.03, -0.01, -0.003, 0.003, 0.01, 0.03, 0.08)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from engine_kit import DELAY, machine, other_motion, record, rich_motion, with_effects
 
-from corexy_fmi.engine import diagnose, excerpts, prove
-from corexy_fmi.engine.samples import make_run
+from corexy_fmi.engine import diagnose
+from corexy_fmi.engine.data import excerpts
+from corexy_fmi.engine.data.samples import make_run
+from corexy_fmi.engine.judging import prove
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.motion import chain, rest
 from corexy_fmi.simulate import simulate

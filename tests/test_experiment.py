@@ -22,11 +22,11 @@ from engine_kit import (
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.bearable import bears, strain
-from corexy_fmi.engine.experiment import rivals
-from corexy_fmi.engine.foresee import Sensing, imagined
-from corexy_fmi.engine.noise import Noise
-from corexy_fmi.engine.parted import Foretold, Parted
+from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.planning.bearable import bears, strain
+from corexy_fmi.engine.planning.experiment import rivals
+from corexy_fmi.engine.planning.foresee import Sensing, imagined
+from corexy_fmi.engine.planning.parted import Foretold, Parted
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.motion import chain, check_stage, command, line, rest

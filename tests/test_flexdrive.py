@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import flexdrive
 from benchmarks.outcome import RESULTS
-from corexy_fmi.engine.locate import windows
+from corexy_fmi.engine.judging.locate import windows
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import read_recording, write_recording
 from corexy_fmi.recording.columns import import_columns

@@ -9,7 +9,7 @@ from engine_kit import machine, named, with_effects
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.plan import smallest
+from corexy_fmi.engine.planning.plan import smallest
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.programs import named_command, programs, stage_limits

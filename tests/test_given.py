@@ -7,7 +7,7 @@ import pytest
 from engine_kit import machine, record, short_motion
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.given import make_runs, meaningless, unjudged
+from corexy_fmi.engine.data.given import make_runs, meaningless, unjudged
 from corexy_fmi.errors import InputError
 from corexy_fmi.kernel.layout import bundled_layout
 

@@ -18,9 +18,9 @@ from engine_kit import (
 from kernel_helpers import LOOP, MACHINES, STEP, angles_of, excitation, run, vector
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.local import _as_clean
-from corexy_fmi.engine.moving import begun, begun_alike, told
-from corexy_fmi.engine.samples import GAP, make_run, split_in_time
+from corexy_fmi.engine.data.samples import GAP, make_run, split_in_time
+from corexy_fmi.engine.judging.local import _as_clean
+from corexy_fmi.engine.judging.moving import begun, begun_alike, told
 from corexy_fmi.kernel.call import PUSH, Excitation, run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.kernel.reference_run import run_reference

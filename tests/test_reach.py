@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.reach import TARGET, drawn, gains, missed, planted, visible
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.spread import Spread
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.spread import Spread
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
 

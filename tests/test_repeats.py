@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from engine_kit import BACKLASH, machine, other_motion, record, rich_motion, with_effects
 
+from corexy_fmi.engine.data.samples import make_run
 from corexy_fmi.engine.evidence import Evidence
-from corexy_fmi.engine.noise import white
-from corexy_fmi.engine.prove import Proof, replay
-from corexy_fmi.engine.quiet import own_models
-from corexy_fmi.engine.repeats import as_rows, repeated, repeating
-from corexy_fmi.engine.samples import make_run
+from corexy_fmi.engine.fitting.noise import white
+from corexy_fmi.engine.fitting.quiet import own_models
+from corexy_fmi.engine.judging.prove import Proof, replay
+from corexy_fmi.engine.judging.repeats import as_rows, repeated, repeating
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.motion import chain, rest
 from corexy_fmi.rectangle import Rectangle

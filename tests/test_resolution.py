@@ -7,7 +7,7 @@ import pytest
 from engine_kit import ASIDE, EffectUse, fitted, machine, named, pair, problem, with_effects
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.resolution import at_resolution, sensor_step
+from corexy_fmi.engine.fitting.resolution import at_resolution, sensor_step
 
 STEP = 1e-5  # [m]
 MISMATCH = EffectUse("belt_mismatch", "belts", {"ratio": 0.03})

@@ -9,9 +9,9 @@ import pytest
 from benchmarks import voron
 from benchmarks.outcome import RESULTS
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.preflight import check
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.data.preflight import check
+from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording.klipper import Move, import_klipper
@@ -141,7 +141,7 @@ def test_retuning_goes_on_from_more_than_the_best_start(machine, recordings, mon
     """Under white noise as small as the sensor's the starts are judged by the wrong measure."""
     whole = tuple(make_runs([recordings["y.csv"]], [recordings["y.csv"]], machine)[0])
     found = retune(bundled_layout(), machine, whole)
-    monkeypatch.setattr("corexy_fmi.engine.retune.AHEAD", 1)
+    monkeypatch.setattr("corexy_fmi.engine.fitting.retune.AHEAD", 1)
     assert found.cost < retune(bundled_layout(), machine, whole).cost - 5.0
 
 

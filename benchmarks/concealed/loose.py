@@ -23,14 +23,14 @@ from threadpoolctl import threadpool_limits
 from benchmarks.concealed.blind import load
 from benchmarks.concealed.calibration import as_catalogued, coverage, in_own_form, inside_of, single
 from benchmarks.concealed.proof import RESULTS, append, commit, read
-from corexy_fmi.engine.excerpts import excerpts
-from corexy_fmi.engine.fit import Fit, minimise, settle
-from corexy_fmi.engine.given import make_runs, preflight
-from corexy_fmi.engine.looser import LOOSE, loosened
-from corexy_fmi.engine.model import covariance, effect_table, ends
-from corexy_fmi.engine.moving import begun
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.data.excerpts import excerpts
+from corexy_fmi.engine.data.given import make_runs, preflight
+from corexy_fmi.engine.fitting.fit import Fit, minimise, settle
+from corexy_fmi.engine.fitting.looser import LOOSE, loosened
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import covariance, effect_table, ends
+from corexy_fmi.engine.judging.moving import begun
 from corexy_fmi.kernel.layout import bundled_layout
 
 STORE = RESULTS / "loose.jsonl"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from corexy_fmi.engine.classes import equals
+from corexy_fmi.engine.telling.classes import equals
 
 SHARED = {"xy": ("x", "y"), "motors": ("motor1", "motor2")}
 NEAR_TWIN = 100.0  # E_sep below which `ambiguous` is the right answer

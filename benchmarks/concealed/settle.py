@@ -26,8 +26,8 @@ from benchmarks.concealed.fold import folded
 from benchmarks.concealed.proof import RESULTS, append, commit, kept_of, read, waiting
 from benchmarks.concealed.score import score
 from corexy_fmi.engine import Diagnosis, diagnose
-from corexy_fmi.engine.classes import equals
-from corexy_fmi.engine.experiment import Experiment
+from corexy_fmi.engine.planning.experiment import Experiment
+from corexy_fmi.engine.telling.classes import equals
 from corexy_fmi.recording import Recording, read_recording
 
 STORE, STEMS = RESULTS / "settle.jsonl", ("full", "earlier", "proof")

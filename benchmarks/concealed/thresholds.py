@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 from benchmarks.concealed.calibration import brier, named, rate
-from corexy_fmi.engine.entries import CEILING, TEMPERATURE, THRESHOLD
+from corexy_fmi.engine.naming.entries import CEILING, TEMPERATURE, THRESHOLD
 
 Entry = dict[str, Any]
 Pairs = list[tuple[float, bool]]  # what was said, and whether it was so

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.prove import Proof, prove
-from corexy_fmi.engine.retune import retune
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.judging.model import tuned_machine
+from corexy_fmi.engine.judging.prove import Proof, prove
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.rivals.common import Array, Ground, Part, corrected
 from benchmarks.rivals.library import NOMINAL
 from benchmarks.rivals.sparse import SETTINGS, Setting, beside, criterion
-from corexy_fmi.engine.candidates import instances
+from corexy_fmi.engine.naming.candidates import instances
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import Machine

@@ -30,7 +30,7 @@ from corexy_fmi.programs import named_command, programs, stage_limits
 from corexy_fmi.recording import write_recording
 
 if TYPE_CHECKING:
-    from corexy_fmi.engine.plan_size import Nameable
+    from corexy_fmi.engine.naming.plan_size import Nameable
 
 
 def _folder_or_nothing(path: Path | None) -> Path | None:
@@ -63,7 +63,7 @@ def plan(
 
     corexy plan --machine light_bench --noise 1e-5 --speed 0.2 --out programs
     """
-    from corexy_fmi.engine.plan import smallest
+    from corexy_fmi.engine.planning.plan import smallest
     from corexy_fmi.kernel.layout import bundled_layout
 
     chosen = _checked(check_kind(load_machine(machine)), noise, rate)

@@ -24,7 +24,7 @@ def show_verdict(document: Mapping[str, Any]) -> None:
     """Verdict, what is wrong with the recordings, causes and held-out proof; the surrogate's
     assumption first.
     """
-    from corexy_fmi.engine.classes import equals
+    from corexy_fmi.engine.telling.classes import equals
 
     screen = console()
     verdict = str(document["verdict"])

@@ -58,7 +58,7 @@ class Parameter:
     units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ
     shape: bool = False  # stays at its default unless a hypothesis says that it is fitted too
     whole: bool = False  # a count: fitted as any number, then held near a whole one
-    family_ends: bool = False  # beyond its upper bound lies another cause (engine/family.py)
+    family_ends: bool = False  # beyond its upper bound lies another cause (engine/places/family.py)
     forms: tuple[float, ...] = ()  # values at which the law is one of the literature's
 
     def unit_at(self, location: str) -> str:

@@ -8,16 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from corexy_fmi.effects import own_effects
-from corexy_fmi.engine import classes, clean, document, resolution
-from corexy_fmi.engine.candidates import instances
-from corexy_fmi.engine.entries import Competition
-from corexy_fmi.engine.evidence import Evidence
-from corexy_fmi.engine.excerpts import excerpts
-from corexy_fmi.engine.exhibit import exhibit
-from corexy_fmi.engine.experiment import Experiment, next_experiment
-from corexy_fmi.engine.family import within_family
-from corexy_fmi.engine.fit import Fit
-from corexy_fmi.engine.given import (
+from corexy_fmi.engine.data.excerpts import excerpts
+from corexy_fmi.engine.data.given import (
     kept_parts,
     make_runs,
     meaningless,
@@ -25,18 +17,27 @@ from corexy_fmi.engine.given import (
     unjudged,
     whole_runs,
 )
-from corexy_fmi.engine.judge import judge
-from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.moving import begun, begun_alike, told
-from corexy_fmi.engine.name import compete
-from corexy_fmi.engine.prove import Proof
-from corexy_fmi.engine.repeats import as_rows
-from corexy_fmi.engine.retune import quick, retune
-from corexy_fmi.engine.screen import bounds
-from corexy_fmi.engine.site import beside, sites
-from corexy_fmi.engine.spots import with_finer, with_spot
-from corexy_fmi.engine.verdict import Verdict
-from corexy_fmi.engine.walked import further
+from corexy_fmi.engine.evidence import Evidence
+from corexy_fmi.engine.fitting import clean, resolution
+from corexy_fmi.engine.fitting.fit import Fit
+from corexy_fmi.engine.fitting.retune import quick, retune
+from corexy_fmi.engine.judging.judge import judge
+from corexy_fmi.engine.judging.model import tuned_machine
+from corexy_fmi.engine.judging.moving import begun, begun_alike, told
+from corexy_fmi.engine.judging.prove import Proof
+from corexy_fmi.engine.judging.repeats import as_rows
+from corexy_fmi.engine.judging.verdict import Verdict
+from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.entries import Competition
+from corexy_fmi.engine.naming.name import compete
+from corexy_fmi.engine.naming.screen import bounds
+from corexy_fmi.engine.places.family import within_family
+from corexy_fmi.engine.places.site import beside, sites
+from corexy_fmi.engine.places.spots import with_finer, with_spot
+from corexy_fmi.engine.planning.experiment import Experiment, next_experiment
+from corexy_fmi.engine.telling import classes, document
+from corexy_fmi.engine.telling.exhibit import exhibit
+from corexy_fmi.engine.telling.walked import further
 from corexy_fmi.engine.workers import workers
 from corexy_fmi.kernel.layout import layout_with
 from corexy_fmi.machine import Machine

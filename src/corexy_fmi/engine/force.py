@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from corexy_fmi.engine import document
-from corexy_fmi.engine.fit import minimise, settle
-from corexy_fmi.engine.given import make_runs
-from corexy_fmi.engine.model import tuned_machine
-from corexy_fmi.engine.prove import prove
-from corexy_fmi.engine.retune import retune
-from corexy_fmi.engine.screen import screen
-from corexy_fmi.engine.unknowns import Hypothesis
+from corexy_fmi.engine.data.given import make_runs
+from corexy_fmi.engine.fitting.fit import minimise, settle
+from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.model import tuned_machine
+from corexy_fmi.engine.judging.prove import prove
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.telling import document
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from threadpoolctl import threadpool_limits
 
-from corexy_fmi.engine.fit import Mapper
+from corexy_fmi.engine.fitting.fit import Mapper
 from corexy_fmi.kernel.spare import team
 
 # of glibc's malloc.h

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from corexy_fmi.engine.classes import equals
+from corexy_fmi.engine.telling.classes import equals
 from corexy_fmi.report.notices import FAR
 from corexy_fmi.report.quantities import number, quantity
 from corexy_fmi.report.tables import words

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from corexy_fmi.engine.classes import equals
 from corexy_fmi.engine.evidence import CornerSize, Evidence
+from corexy_fmi.engine.telling.classes import equals
 from corexy_fmi.report.notices import above_noise
 from corexy_fmi.report.quantities import millimetres, percent, quantity
 from corexy_fmi.report.units import heldout_unit

@@ -1,0 +1,1 @@
+"""Data: recordings as the engine sees them, checked before any physics."""

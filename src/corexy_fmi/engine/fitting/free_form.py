@@ -1,0 +1,118 @@
+"""A free-form law of a coordinate's force: its shape, its unknowns, and what a fit makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from corexy_fmi.engine.fitting.unknowns import Hypothesis, Unknown
+from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.layout import (
+    FREE_FORM_LOCATIONS,
+    FREE_FORM_SIZE,
+    KNOTS,
+    LAW_KINDS,
+    Layout,
+)
+
+if TYPE_CHECKING:
+    from corexy_fmi.engine.fitting.fit import Fit
+
+PARITIES = {"odd": -1.0, "even": 1.0}  # the value at -v over that at v
+WIDE, FINITE = 30.0, 1e4  # prior and bound of a value, in its scale
+
+
+@dataclass(frozen=True)
+class LawShape:
+    """A free-form law to be fitted: where it acts, on what it depends, and its knots.
+
+    It ``acts`` as a force, or as a Coulomb friction beside that of an axis.  Where it has a
+    ``parity``, its knots lie alike on both sides of zero.
+    """
+
+    location: str
+    argument: str
+    knots: tuple[float, ...]
+    scale: float  # [N] or [N m]: the size that its values are expected to have
+    parity: str = ""
+    acts: str = "force"
+
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        return "N m" if self.location.startswith("motor") else "N"
+
+    @property
+    def own(self) -> list[int]:
+        """Knots whose values are unknowns of their own."""
+        count = len(self.knots)
+        middle = [count // 2] if count % 2 and self.parity == "even" else []
+        return [*middle, *range((count + 1) // 2, count)] if self.parity else [*range(count)]
+
+
+def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
+    """The values of a free-form law at its knots, with a wide prior that keeps them finite."""
+    first, last = _values_at(layout, law), len(law.knots) - 1
+    limit = (-FINITE * law.scale, FINITE * law.scale)
+    found = []
+    for i in law.own:
+        key = f"free_form.{law.location}.values[{i}]"
+        one = Unknown(key, first + i, 0.0, law.scale, False, limit, WIDE, force=True)
+        mirrored = law.parity and last - i != i
+        beside = (first + last - i, PARITIES[law.parity]) if mirrored else None
+        found.append(replace(one, mirror=beside))
+    return found
+
+
+def law_places(unknowns: Sequence[Unknown]) -> list[int]:
+    """Where the values of a law stand among the unknowns."""
+    return [k for k, x in enumerate(unknowns) if x.key.startswith("free_form")]
+
+
+def law_offset(layout: Layout, law: LawShape) -> int:
+    """Where a law begins in the kernel's vector."""
+    return layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
+
+
+def _values_at(layout: Layout, law: LawShape) -> int:
+    return law_offset(layout, law) + 2 + KNOTS
+
+
+def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
+    """Write a law's argument and knots into a parameter vector, its values at zero."""
+    first = law_offset(layout, law)
+    vector[first : first + 2] = LAW_KINDS.index((law.acts, law.argument)), len(law.knots)
+    vector[first + 2 : first + 2 + len(law.knots)] = law.knots
+
+
+def law_values(fit: Fit) -> Array:
+    """Values (knots,) [N or N m] of a fit's law."""
+    law = fit.problem.hypothesis.law
+    assert law is not None
+    first = _values_at(fit.problem.layout, law)
+    return np.asarray(fit.problem.vectors(fit.u[None], 0)[0, first : first + len(law.knots)])
+
+
+def law_errors(fit: Fit, covariance: Array) -> Array:
+    """Standard deviations (knots,) of those, from the covariance (size, size) of u."""
+    law = fit.problem.hypothesis.law
+    assert law is not None
+    own = law_places(fit.problem.unknowns)
+    found = np.zeros(len(law.knots))
+    found[law.own] = law.scale * np.sqrt(np.maximum(np.diag(covariance)[own], 0))
+    return np.maximum(found, found[::-1]) if law.parity else found
+
+
+def halved(fit: Fit, parity: str) -> tuple[Hypothesis, Array]:
+    """The hypothesis with one half of a fit's law alone, and u (size,) to begin from."""
+    law = fit.problem.hypothesis.law
+    assert law is not None
+    half = replace(law, parity=parity)
+    values = law_values(fit)
+    kept = (values + PARITIES[parity] * values[::-1]) / 2
+    at = law_places(fit.problem.unknowns)
+    u = np.concatenate([fit.u[: at[0]], kept[half.own] / law.scale, fit.u[at[-1] + 1 :]])
+    return Hypothesis(law=half), u

@@ -1,0 +1,54 @@
+"""Resolution: what is no more than a sensor's rounding is nothing that can be told.
+
+A sensor that rounds to steps errs by up to half of one, and how it does follows the motion: at a
+steady speed whose rows are whole steps apart, hundreds of samples err alike.  No model of noise
+knows that, and laws of the motion take it up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from corexy_fmi.engine.data.samples import Samples
+from corexy_fmi.engine.evidence import Finding
+from corexy_fmi.engine.fitting.fit import Fit
+from corexy_fmi.engine.fitting.noise import least_step
+from corexy_fmi.kernel.call import Array
+
+ROOM = 1.1  # of a step over sqrt(12), up to which errors are no more than rounding
+WHOLE = 0.01  # of a step, by which a value may miss a whole number of them
+
+
+def sensor_step(samples: Samples) -> float:
+    """The step that all values of a channel are whole numbers of, in its unit; 0 without one."""
+    step = least_step(samples)
+    if not step:
+        return 0.0
+    counts = (samples.value - samples.value[0]) / step
+    return step if np.abs(counts - np.rint(counts)).max() < WHOLE else 0.0
+
+
+def at_resolution(fit: Fit) -> bool:
+    """Whether every channel of a fit errs no more than it is rounded."""
+    pairs = (
+        (samples, errors[0])
+        for r, run in enumerate(fit.problem.runs)
+        for samples, errors in zip(run.samples, fit.problem.errors(fit.u[None], r), strict=True)
+    )
+    return all(_is_rounding(samples, errors) for samples, errors in pairs)
+
+
+def _is_rounding(samples: Samples, errors: Array) -> bool:
+    """Whether errors (m,) of a channel are no more than its rounding."""
+    rounding = least_step(samples) / np.sqrt(12)
+    return float(np.std(errors)) <= ROOM * rounding and sensor_step(samples) > 0
+
+
+def told(retuned: Fit) -> list[Finding]:
+    """What is to be said where the retuned machine leaves no more than rounding."""
+    if not at_resolution(retuned):
+        return []
+    steps = {s.channel: sensor_step(s) for run in retuned.problem.runs for s in run.samples}
+    listed = ", ".join(f"{name} in steps of {step:.3g}" for name, step in sorted(steps.items()))
+    text = f"what is left is no more than the sensors round ({listed}, SI units)"
+    return [Finding(text, "to see anything smaller, record with a finer sensor")]

@@ -1,0 +1,1 @@
+"""Judging: replays, data kept back, and what may be said."""

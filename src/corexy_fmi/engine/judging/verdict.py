@@ -1,0 +1,162 @@
+"""The verdict: what the competition and the held-out data allow to be said (CONTRACT 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from corexy_fmi.engine.judging.prove import Proof
+from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, Entry
+from corexy_fmi.engine.naming.specification import Leftover
+from corexy_fmi.engine.places.site import HALF, Site
+
+SURE = 0.95
+AGREES = 1.1  # rms over noise
+CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
+MUTE = 6.0  # [nats] of contrast d up to which its scatter, sqrt(2 d), is most of a gain
+SCATTER = 4.0  # [nats] by which predictive fits of replays that are alike may end apart
+WORSE = 1.02  # of the retuned machine's held-out rms; right causes came to 1.004 at most
+WEAK_GAIN = 40.0  # [nats] below which an unconfirmed effect is a false alarm
+CLASS_SHARE = 0.02  # members of a class have at least this share of the best one's probability
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """The word, the entry it stands on, the classes of equals, what shows that it is so, the winner
+    that was refuted, what that left over, what the fit that stands leaves, and where simple laws
+    would explain the mismatch.  ``unseen``: no data kept back show the entry.
+    """
+
+    word: str
+    entry: Entry | None
+    classes: tuple[tuple[tuple[tuple[str, str], ...], ...], ...] = ()
+    reason: str = ""
+    refuted: Entry | None = None
+    left: Leftover | None = None
+    stands: Leftover | None = None
+    sites: tuple[Site, ...] = ()
+    unseen: bool = False
+
+    @property
+    def places(self) -> list[str]:
+        """Where all that may be the cause acts: of the entry, and of its equals."""
+        keys = [key for group in self.classes for key in group]
+        own = self.entry.hypothesis.places if self.entry else []
+        return [*own, *(location for key in keys for _, location in key)]
+
+    @property
+    def _causes(self) -> list[Entry]:
+        return [e for e in (self.refuted, self.entry) if e is not None]
+
+    @property
+    def site(self) -> Site | None:
+        """Where an unexplained mismatch lies, if simple laws there explain as much as a free-form
+        law that stands does, or as half of what a cause does, or left over.
+        """
+        known = [e.gain * (1.0 if e.hypothesis.law else HALF) for e in self._causes]
+        least = max(THRESHOLD, HALF * self.left.gain if self.left else 0.0, *known)
+        found = self.sites if self.word == "unexplained" else ()
+        return next((s for s in found[:1] if s.gain > least), None)
+
+
+def excess_removed(retuned: float, explained: float, noise: float) -> float:
+    """(retuned^2 - explained^2) / (retuned^2 - noise^2), 0 where there is no excess."""
+    excess = retuned**2 - noise**2
+    return (retuned**2 - explained**2) / excess if excess > 1e-12 * retuned**2 else 0.0
+
+
+def confirmed(proof: Proof) -> bool:
+    """Whether held-out data agree: near the noise or half of the excess gone, and a gain on each
+    recording that shows the effect at all.
+    """
+    gains = proof.gains("holdout")
+    if not gains:
+        return True
+    told = [g for g, d in zip(gains, proof.contrasts("holdout"), strict=True) if d > MUTE]
+    retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
+    near = explained <= AGREES or excess_removed(retuned, explained, 1.0) >= HALF
+    return near and harmless(proof) and all(g > 0 for g in told) and sum(told) > CONFIRMED
+
+
+def mute(proof: Proof) -> bool:
+    """Whether no held-out recording shows the effect: with and without it they are simulated alike,
+    within what noise decides.
+    """
+    contrasts = proof.contrasts("holdout")
+    return bool(contrasts) and max(contrasts) <= MUTE and harmless(proof)
+
+
+def harmless(proof: Proof) -> bool:
+    """Whether held-out data do not speak against the explanation; enough for a free-form law.
+    Where a recording does not show it, what its fits end apart by says nothing.
+    """
+    retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
+    worse = explained > WORSE * retuned  # False where nothing is held out
+    told = zip(proof.gains("holdout"), proof.contrasts("holdout"), strict=True)
+    return not worse and all(g > -(CONFIRMED if d > MUTE else SCATTER) for g, d in told)
+
+
+def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
+    """Keys of the entries that the data cannot tell from the best one."""
+    shares = dict(
+        zip((e.hypothesis.key for e in competition.entries), competition.probability, strict=True)
+    )
+    top = shares[best.hypothesis.key]
+    near = [
+        key for key, p in shares.items() if p >= CLASS_SHARE * top and key != best.hypothesis.key
+    ]
+    return (best.hypothesis.key, *near)
+
+
+def decide(competition: Competition, proof: Proof | None, weak: bool = False) -> Verdict:
+    """The verdict of a competition; held-out data may lower it, never choose.  ``weak``: they are
+    the last parts of what was fitted.
+    """
+    best = competition.best
+    if best is None:
+        return _nothing_or_retuned(competition)
+    agrees = proof is None or confirmed(proof)
+    if best.hypothesis.law and (proof is None or harmless(proof)):
+        return Verdict("unexplained", best)
+    chance = dict(zip(map(id, competition.entries), competition.probability, strict=True))[id(best)]
+    if not agrees and proof is not None and chance >= SURE and mute(proof):
+        return _unseen(best, proof, weak)
+    if not agrees and not (chance < SURE and _undisputed(best, proof)):
+        return _refuted(best)
+    if chance >= SURE:
+        return Verdict("explained", best)
+    return Verdict("ambiguous", best, (rivals(competition, best),))
+
+
+def _unseen(best: Entry, proof: Proof, weak: bool) -> Verdict:
+    """The recordings kept back cannot judge a sure cause: it stands if all of them gain, if only by
+    chance; else beside retuned parameters, for a gain on every recording is asked (CONTRACT 4).
+    Silent last parts of the same recordings confirm nothing.
+    """
+    if best.gain <= WEAK_GAIN:
+        return _refuted(best)
+    if not weak and all(gain > 0 for gain in proof.gains("holdout")):
+        return Verdict("explained", best)
+    return Verdict("ambiguous", best, ((best.hypothesis.key, ()),), unseen=True)
+
+
+def _undisputed(best: Entry, proof: Proof | None) -> bool:
+    """Whether held-out data, which show little of an effect, do not speak against it either."""
+    return proof is not None and best.gain > WEAK_GAIN and harmless(proof)
+
+
+def _refuted(best: Entry) -> Verdict:
+    """Held-out data contradict the winner: it is not put into the machine."""
+    if best.gain <= WEAK_GAIN:
+        return Verdict("nothing_missing", None)
+    reason = f"{best.hypothesis.label} fits the data used, but not the data kept back"
+    return Verdict("unexplained", None, reason=reason, refuted=best)
+
+
+def _nothing_or_retuned(competition: Competition) -> Verdict:
+    """Nothing pays; but where retuning went far, an effect that fits as well is named beside it."""
+    fit = competition.retuned
+    pulls = [abs(fit.u[k]) / x.prior_std for k, x in enumerate(fit.problem.unknowns)]
+    close = [e for e in competition.entries if e.hypothesis.uses and e.gain > 0]
+    if pulls and max(pulls) > 3 and close and close[0].gain > THRESHOLD / 2:
+        return Verdict("ambiguous", close[0], ((close[0].hypothesis.key, ()),))
+    return Verdict("nothing_missing", None)

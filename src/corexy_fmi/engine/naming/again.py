@@ -1,0 +1,130 @@
+"""Fits begun again: from where another hypothesis ended, from beside an end, with finer laws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, fine, minimise, settle
+from corexy_fmi.engine.fitting.free_form import PARITIES, halved, law_places, law_values
+from corexy_fmi.engine.fitting.restart import LEADER, begun, best
+from corexy_fmi.engine.fitting.rough import across, softened, unstuck
+from corexy_fmi.engine.fitting.starts import astray, centred
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.candidates import finer
+from corexy_fmi.engine.naming.entries import Entry, entry_of
+from corexy_fmi.engine.naming.search import CLOSE, rank
+from corexy_fmi.kernel.call import Array
+
+LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
+ELSEWHERE = 0.5  # share of the first one's gain that its effect has at another place, to go on
+BETTER = 1.0  # [nats] that it must gain to be taken
+ASTRAY = 1.5  # prior standard deviations of a nominal parameter
+
+
+def repolish(base: Fit, winner: Fit) -> Fit:
+    """The retuned machine refitted from a winner's nominal parameters; the better of both."""
+    start = base.problem.carried(winner.problem, winner.u)
+    other = settle(minimise(base.problem, start))
+    return other if other.cost < base.cost else base
+
+
+def refined(fit: Fit) -> Fit:
+    """A free-form law with twice the knots, where they pay; any other fit as it is."""
+    law = fit.problem.hypothesis.law
+    if law is None:
+        return fit
+    at, twice = law_places(fit.problem.unknowns), finer(law)
+    problem = replace(fit.problem, hypothesis=Hypothesis(law=twice))
+    values = np.interp(twice.knots, law.knots, law_values(fit) / law.scale)[twice.own]
+    start = np.concatenate([fit.u[: at[0]], values, fit.u[at[-1] + 1 :]])
+    again = settle(minimise(problem, start, 8))
+    return again if rank(again) < rank(fit) else fit
+
+
+def recentred(fit: Fit, mapper: Mapper) -> Fit:
+    """The better of a fit and, where its nominal parameters went astray, itself begun again around
+    those of the machine file: they may have moved to explain the mismatch before the effect was
+    there to do it.
+    """
+    found = [across(minimise(fit.problem, u, AGAIN)) for u in _central(fit, mapper)]
+    ended = best([fit, *found])
+    return settle(ended) if ended.cost < fit.cost - BETTER else fit
+
+
+def _central(fit: Fit, mapper: Mapper) -> list[Array]:
+    """Where to begin around the machine file's nominal parameters, (size,) each; nowhere where all
+    of them stayed near.
+    """
+    if astray(fit) < ASTRAY:
+        return []
+    around = centred(fit)
+    return [around, best(begun(fit.problem, around, LEADER, mapper)).u]
+
+
+def by_parity(fit: Fit) -> Fit:
+    """A law whose knots lie alike on both sides of zero, as over a speed, as an odd or an even one,
+    where its other half does not pay: half as many values are known better.  Any other, and one
+    that is halved already, as it is.
+    """
+    law = fit.problem.hypothesis.law
+    if law is None or law.parity or not np.allclose(law.knots, -np.array(law.knots[::-1])):
+        return fit
+    found = [fit]
+    for parity in PARITIES:
+        hypothesis, start = halved(fit, parity)
+        problem = replace(fit.problem, hypothesis=hypothesis)
+        found.append(minimise(problem, start, AGAIN))
+    return min(found, key=rank)
+
+
+def polished(one: Fit, two: Fit) -> Fit:
+    """The better of a fit and itself begun again where the fit with a second effect ended."""
+    again = settle(minimise(one.problem, one.problem.carried(two.problem, two.u)))
+    return again if again.cost < one.cost else one
+
+
+def shaken(fit: Fit, mapper: Mapper) -> Fit:
+    """A fit begun again from beside where it ended: dry friction leaves many minima close by.
+
+    Each of the effects' parameters but their sizes is pushed by its scale, up and down; the best
+    end is carried on over rough ground.
+    """
+    shapes = {
+        f"{i.effect.name}.{i.location}.{p.name}"
+        for i in fit.problem.hypothesis.uses
+        for p in i.effect.parameters
+        if not p.size
+    }
+    moved = [k for k, key in enumerate(fit.problem.keys) if key in shapes]
+    starts = [fit.u + SHAKE * sign * np.eye(len(fit.u))[k] for k in moved for sign in (-1, 1)]
+    starts += [best(begun(fit.problem, fit.u, LEADER, mapper)).u, *_central(fit, mapper)]
+    again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
+    found = unstuck(best([fit, *again]))
+    return settle(found) if found.cost < fit.cost - BETTER else fit
+
+
+def leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
+    """The entries with those in the lead fitted again from beside their ends, best first."""
+    named = [e for e in entries if e.hypothesis.uses]
+    ahead = [e for e in named if _leads(e, named[0])]
+    again = {id(e): entry_of(base, shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
+    return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
+
+
+def matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:
+    """The retuned machine begun again where the winner ended, and what all gain over that."""
+    if not entries:
+        return base, entries
+    again = fine(repolish(base, entries[0].fit))
+    lost = base.cost - again.cost
+    fined = entry_of(base, fine(entries[0].fit))
+    first = replace(fined, fit=softened(fined.fit))
+    return softened(again), [replace(e, gain=e.gain - lost) for e in (first, *entries[1:])]
+
+
+def _leads(entry: Entry, first: Entry) -> bool:
+    """Whether an entry is close to the first, or is its effect at another place."""
+    same = [n for n, _ in entry.hypothesis.key] == [n for n, _ in first.hypothesis.key]
+    return entry.gain > first.gain - CLOSE or (same and entry.gain > ELSEWHERE * first.gain)

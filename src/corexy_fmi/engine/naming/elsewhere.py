@@ -1,0 +1,73 @@
+"""The leading effect at the other places that share a part with its own: at one axis, at both.
+
+Each is fitted from where the leader ended, besides its own search: what catches and lets go leaves
+minima hundreds of nats apart, and a place that ended in a bad one is no rival that was beaten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.entries import Entry, entry_of
+from corexy_fmi.engine.naming.search import long_fit
+from corexy_fmi.kernel.layout import Instance
+
+
+def elsewhere(
+    base: Fit, entries: list[Entry], singles: Sequence[Hypothesis], mapper: Mapper
+) -> list[Entry]:
+    """The entries with the leader's effect at overlapping places begun again there, best first.
+
+    Of a set of several each effect moves on its own; ``singles`` are the places that there are.
+    """
+    first = next((e for e in entries if e.hypothesis.uses), None)
+    if first is None or first.gain <= 0:
+        return entries
+    moved = _moved(first.hypothesis, singles)
+    ends = mapper(lambda pair: _begun(first.fit, *pair), moved)
+    known = {e.hypothesis.key: e for e in entries}
+    for entry in (entry_of(base, fit) for fit in ends):
+        held = known.get(entry.hypothesis.key)
+        if held is None or entry.gain > held.gain:
+            known[entry.hypothesis.key] = entry
+    laws = [e for e in entries if e.hypothesis.law]
+    named = [e for e in known.values() if not e.hypothesis.law]
+    return sorted([*named, *laws], key=lambda e: -e.gain)
+
+
+def _moved(
+    leader: Hypothesis, singles: Sequence[Hypothesis]
+) -> list[tuple[Hypothesis, dict[str, str]]]:
+    """The leader with one of its effects at another place; what is that called, and was before."""
+    found = []
+    for n, own in enumerate(leader.uses):
+        for other in (s.uses[0] for s in singles if len(s.uses) == 1):
+            if _overlaps(own, other):
+                uses = (*leader.uses[:n], other, *leader.uses[n + 1 :])
+                name = own.effect.name
+                names = {f"{name}.{other.location}": f"{name}.{own.location}"}
+                found.append((Hypothesis(uses, shaped=leader.shaped), names))
+    return found
+
+
+def _overlaps(one: Instance, other: Instance) -> bool:
+    same = one.effect.name == other.effect.name and one.location != other.location
+    return same and bool(set(one.places) & set(other.places))
+
+
+def _begun(end: Fit, hypothesis: Hypothesis, names: dict[str, str]) -> Fit:
+    """A hypothesis fitted from where the leader ended."""
+    problem = replace(end.problem, hypothesis=hypothesis)
+    known = dict(zip(end.problem.keys, end.u, strict=True))
+    start = [known.get(key, known.get(_old(key, names), 0.0)) for key in problem.keys]
+    return settle(long_fit(minimise(problem, np.array(start), 0)))
+
+
+def _old(key: str, names: dict[str, str]) -> str:
+    """What a key was called at the leader's place."""
+    return next((key.replace(n, o, 1) for n, o in names.items() if key.startswith(f"{n}.")), key)

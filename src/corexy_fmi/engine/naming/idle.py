@@ -1,0 +1,41 @@
+"""Effects that come along for nothing: what is gained is gained without their size.
+
+Some effects hold another: detent torque in a rotor that its field holds softly is, without the
+torque, that soft field alone.  Such a fit is as good as the smaller one's, and no rival of it.
+"""
+
+from __future__ import annotations
+
+from corexy_fmi.engine.fitting.fit import Fit, costs
+from corexy_fmi.kernel.layout import Instance
+
+FAINT, FAINT_ENOUGH = 1e-3, 0.1  # of the effect; share that bounds may leave of it
+
+
+def idle(fit: Fit, least: float) -> bool:
+    """Whether one of the fit's effects, made faint, loses less than ``least`` [nats]."""
+    return any(_loss(fit, instance) < least for instance in fit.problem.hypothesis.uses)
+
+
+def _loss(fit: Fit, instance: Instance) -> float:
+    """What the fit loses [nats] where an effect's sizes go to a thousandth of their effect."""
+    u, head = fit.u.copy(), f"{instance.effect.name}.{instance.location}."
+    sizes = {head + p.name: p for p in instance.effect.sizes}
+    for k, unknown in enumerate(fit.problem.unknowns):
+        p = sizes.get(unknown.key.split("@")[0])
+        if p is None:
+            continue
+        value = float(unknown.value(u[k]))
+        faint = value * FAINT**p.scaling if p.log else p.neutral + FAINT * (value - p.neutral)
+        u[k] = unknown.internal(faint)
+        if not _is_faint(value, float(unknown.value(u[k])), p.neutral, p.scaling):
+            return float("inf")
+    found = fit.problem.residual(u[None])
+    return float(costs(found)[0]) - 0.5 * float(fit.residual @ fit.residual)
+
+
+def _is_faint(before: float, after: float, neutral: float, scaling: int) -> bool:
+    """Whether bounds let a size go far enough."""
+    if scaling < 0:
+        return before <= FAINT_ENOUGH * after
+    return scaling > 0 and abs(after - neutral) <= FAINT_ENOUGH * abs(before - neutral)

@@ -1,0 +1,110 @@
+"""Name: every hypothesis is fitted as hard as the retuned machine, and they compete.
+
+A search (`search.py`) gives the best single causes.  Then a second effect may join, if it pays, and
+the leaders are fitted again from beside their ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from corexy_fmi.engine.fitting.fit import Fit, Mapper
+from corexy_fmi.engine.fitting.rough import softened
+from corexy_fmi.engine.naming.again import (
+    by_parity,
+    leaders,
+    matched,
+    recentred,
+    refined,
+    repolish,
+)
+from corexy_fmi.engine.naming.bold import bold_fits
+from corexy_fmi.engine.naming.candidates import hypotheses
+from corexy_fmi.engine.naming.clean_again import without_more_spikes
+from corexy_fmi.engine.naming.elsewhere import elsewhere
+from corexy_fmi.engine.naming.entries import (
+    THRESHOLD,
+    Competition,
+    Entry,
+    catalogue_first,
+    entry_of,
+    ranked,
+    without_idle,
+)
+from corexy_fmi.engine.naming.forms import at_forms
+from corexy_fmi.engine.naming.kindred import kindred
+from corexy_fmi.engine.naming.one_noise import under_one_noise
+from corexy_fmi.engine.naming.overtones import overtone_fits
+from corexy_fmi.engine.naming.pairs import pairs
+from corexy_fmi.engine.naming.pulses import pulse_fits
+from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, rank, search
+from corexy_fmi.engine.naming.whole import with_whole_counts
+
+
+def _told_by_parity(entries: list[Entry]) -> list[Entry]:
+    """The entries with a law that won as half of it, where that suffices; what it gains, by which
+    it won, stays as it was.
+    """
+    if not entries or not entries[0].hypothesis.law:
+        return entries
+    fit = softened(by_parity(entries[0].fit))
+    return [replace(entries[0], hypothesis=fit.problem.hypothesis, fit=fit), *entries[1:]]
+
+
+def _against_sets(entries: list[Entry]) -> list[Entry]:
+    """Where a set of several effects is the best named, the laws close to it by parity, with what
+    that gains: one law that is as good as two effects is the simpler cause.
+    """
+    named = next((e for e in entries if e.hypothesis.uses), None)
+    if named is None or len(named.hypothesis.uses) < 2:
+        return entries
+    least = named.gain - CLOSE
+    told = [_halved(e) if e.hypothesis.law and e.gain > least else e for e in entries]
+    return sorted(told, key=lambda e: -e.gain)
+
+
+def _halved(entry: Entry) -> Entry:
+    fit = by_parity(entry.fit)
+    return Entry(fit.problem.hypothesis, fit, entry.gain + rank(entry.fit) - rank(fit))
+
+
+def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
+    """Fits that something is explained by, and hardly less than by the best of them."""
+    least = min(rank(fits[0]) + margin(base, fits[0]), base.cost - THRESHOLD) if fits else 0.0
+    return [f for f in fits if rank(f) < least]
+
+
+def compete(
+    base: Fit,
+    mapper: Mapper,
+    tell: Callable[[str], None] = lambda text: None,
+    without: frozenset[str] = frozenset(),
+) -> Competition:
+    """Let every hypothesis compete on top of the retuned machine (already settled)."""
+    singles = hypotheses(base.problem, base.u, without)
+    tell("fitting every effect at every place")
+    fits = search(base, singles, mapper, FINALISTS)
+    fits = sorted([*fits, *kindred(_ahead(base, fits), singles, mapper)], key=rank)
+    fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
+    fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
+    if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
+        fits = sorted([*fits, *bold_fits(base, singles, mapper)], key=rank)
+    fits = with_whole_counts(fits, mapper)
+    fits[:1] = [recentred(f, mapper) for f in fits[:1]]
+    base = repolish(base, fits[0]) if fits else base
+    fits[:1] = [refined(f) for f in fits[:1]]
+    tell("looking for a second effect")
+    joined = pairs(base, fits, singles, mapper)
+    unique: dict[tuple[tuple[str, str], ...], Entry] = {}
+    for fit in [*joined, *fits]:
+        entry = entry_of(base, fit)
+        held = unique.get(entry.hypothesis.key)
+        if held is None or entry.gain > held.gain:
+            unique[entry.hypothesis.key] = entry
+    entries = sorted(unique.values(), key=lambda e: -e.gain)
+    entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
+    base, entries = matched(*without_more_spikes(base, entries, mapper))
+    base, entries = under_one_noise(base, entries, mapper)
+    entries = without_idle(at_forms(entries, mapper))
+    return ranked(base, _told_by_parity(catalogue_first(_against_sets(entries))))

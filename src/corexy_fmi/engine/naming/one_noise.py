@@ -1,0 +1,45 @@
+"""Noise is the same whatever is assumed to be missing.
+
+Each fit is settled under the noise of its own residuals.  What it leaves slowly can pass for colour
+there and costs it nothing, where the sensor resolves so finely that sample to sample all fits are
+alike.  So where fits that are about as good leave errors of very different size, the smaller ones
+are the noise, and all are fitted again under that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise
+from corexy_fmi.engine.fitting.quiet import LOUDER
+from corexy_fmi.engine.naming.entries import THRESHOLD, Entry, entry_of
+from corexy_fmi.engine.naming.search import CLOSE, LONG, PLAIN
+
+
+def under_one_noise(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fit, list[Entry]]:
+    """The retuned machine and the entries, best first, under the noise of the quietest of the best
+    ones, where another of those is louder than noise may differ; as they are anywhere else.
+    """
+    least = max(entries[0].gain - CLOSE, THRESHOLD) if entries else 0.0
+    near = [e.fit for e in entries if e.gain > least]
+    if len(near) < 2 or max(map(_size, near)) < LOUDER * min(map(_size, near)):
+        return base, entries
+    quiet = min(near, key=_size)
+    noise = quiet.problem.noise
+
+    def again(fit: Fit) -> Fit:
+        return minimise(replace(fit.problem, noise=noise), fit.u, LONG, PLAIN)
+
+    retuned = again(base)
+    other = again(replace(base, u=base.problem.carried(quiet.problem, quiet.u)))
+    retuned = min(retuned, other, key=lambda fit: fit.cost)
+    fits = mapper(again, [e.fit for e in entries])
+    return retuned, sorted((entry_of(retuned, f) for f in fits), key=lambda e: -e.gain)
+
+
+def _size(fit: Fit) -> float:
+    """Geometric mean of the noise's standard deviations over all channels of all runs."""
+    sizes = [noise.marginal for models in fit.problem.noise for noise in models]
+    return float(np.exp(np.mean(np.log(sizes))))

@@ -1,0 +1,1 @@
+"""Places: where small unknown laws explain a mismatch best, whatever the catalogue holds."""

@@ -1,0 +1,1 @@
+"""Planning: motions that were not run yet, and what they would show."""

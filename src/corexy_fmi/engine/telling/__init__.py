@@ -1,0 +1,1 @@
+"""Telling: diagnosis.json, intervals, words, and what the report draws."""
