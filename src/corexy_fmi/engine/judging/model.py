@@ -130,19 +130,28 @@ def effect_table(
         if parameter != unknown.key:
             low, high = zip(*(e[unknown.key] for e in known if unknown.key in e), strict=True)
             reached = min(low), max(high)
-            entry = interval(fit, k, reached)
+            entry, unit = interval(fit, k, reached), units[parameter.partition("@")[0]]
             table[parameter] = {
                 "value": entry["value"],
-                "unit": units[parameter.partition("@")[0]],
+                "unit": unit,
                 "ci95": entry["ci95"],
-                "determined": _determined(unknown, reached),
+                "determined": _determined(reached, _range(fit, unknown, unit)),
             }
     return table
 
 
-def _determined(unknown: Unknown, reached: Ends) -> bool:
-    """Whether an interval leaves out any of the range that the catalogue allows."""
+def _range(fit: Fit, unknown: Unknown, unit: str) -> Ends:
+    """What the catalogue allows (internal); of a time in one recording, its length either way."""
     low, high = unknown.range()
+    if unknown.run is None or unit != "s":
+        return low, high
+    length = float(np.ptp(fit.problem.runs[unknown.run].excitation.time))
+    return max(low, unknown.internal(-length)), min(high, unknown.internal(length))
+
+
+def _determined(reached: Ends, allowed: Ends) -> bool:
+    """Whether an interval leaves out any of the range that is allowed."""
+    low, high = allowed
     return min(reached[1], high) - max(reached[0], low) < WHOLE * (high - low)
 
 
