@@ -21,7 +21,7 @@ from engine_kit import (
 )
 
 from corexy_fmi.engine.fitting.fit import minimise, own_noise, settle
-from corexy_fmi.engine.fitting.holding import deflection_scale
+from corexy_fmi.engine.fitting.holding import deflection_scale, holding_stiffness
 from corexy_fmi.engine.fitting.noise import Noise
 from corexy_fmi.engine.fitting.slopes import step_lengths
 from corexy_fmi.engine.judging.model import covariance, retuned_table, tuned_machine
@@ -30,6 +30,7 @@ from corexy_fmi.engine.naming.candidates import hypotheses, instances
 from corexy_fmi.engine.naming.screen import screen
 from corexy_fmi.kernel.call import run_lanes
 from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
 from corexy_fmi.simulate import excitation, machine_vector
 
 KINK = 0.5  # whitened; of friction whose bound is near
@@ -122,6 +123,30 @@ def test_rotors_that_stiction_holds_off_their_command_are_fitted():
     found = fit.problem.rest(fit.u[None], 0)[0, 4:]
     assert found == pytest.approx(rest[0, 4:], abs=2e-5)
     assert 0.5 * fit.residual @ fit.residual < 0.52 * fit.problem.runs[0].count
+
+
+def test_a_pull_that_was_there_before_leaves_rotors_off_their_command(monkeypatch):
+    """A loop gives way to a steady pull; rotors held at their command would leave many nats."""
+    chosen, layout, force = machine("yin2018_dc"), bundled_layout(), -0.3
+    shown, std = ("x", "y", "phi1_meas", "phi2_meas"), (2e-5, 2e-5, 1e-4, 1e-4)
+    order = record(chosen, short_motion(), noise=0.0, channels=shown)
+    order = replace(order, metadata=order.metadata | {"zero": "x, y"})
+    e, radius = excitation(chosen, order), chosen.parameters["pulley_radius"]
+    lean = radius / 2 * force / (chosen.at("motor_torque_gain") * e.kp)
+    rest = np.array([[0.0, force / holding_stiffness(chosen), 0.0, 0.0, lean, -lean]])
+    pulled = with_effects(chosen, EffectUse("constant_force", "y", {"force": force}))
+    out = run_lanes(layout, e, machine_vector(pulled, layout)[None], dc=True, rest=rest,
+                    channels=("x", "y", "phi1", "phi2"))[0]  # fmt: skip
+    noise = np.random.default_rng(5).normal(size=out.shape) * np.array(std)[:, None]
+    measured = dict(zip(shown, out + noise, strict=True))
+    recording = replace(order, channels={**order.channels, **measured})
+    white = tuple(Noise(np.zeros(0), s, s) for s in std)
+    asked = replace(problem(recording, chosen, (("constant_force", "y"),)), noise=(white,))
+    fit = fitted(asked)
+    assert fit.value("constant_force.y.force") == pytest.approx(force, abs=0.04)  # two deviations
+    assert 0.5 * fit.residual @ fit.residual < 0.52 * fit.problem.runs[0].count
+    monkeypatch.setattr("corexy_fmi.engine.fitting.holding.rotor_scale", lambda *_: 0.0)
+    assert fitted(asked).cost > fit.cost + 40.0
 
 
 def test_the_initial_deflection_is_fitted():
