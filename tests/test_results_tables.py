@@ -163,3 +163,5 @@ def test_a_second_round_has_tables_of_its_own() -> None:
     assert "70 sealed cases so far" in lines[2]
     assert lines[4].startswith("| measure | aim | measured")
     assert "### Levels of concealment" in lines
+    assert lines[2].endswith("none that was scored was run again.")
+    assert render.again(entries[:1])[2].endswith("One engine ran all.")
