@@ -4,10 +4,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from engine_kit import ASIDE, machine, pair, problem, record, short_motion, with_effects
 from engine_kit import fitted as fitted_bare
-from engine_kit import machine, problem, record, short_motion, with_effects
 
 from corexy_fmi.effects import catalogue
+from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.fitting.fit import minimise
 from corexy_fmi.engine.judging.model import Z95, covariance
 from corexy_fmi.engine.naming.entries import entry_of
@@ -90,3 +91,18 @@ def test_an_interval_reaches_from_one_law_to_the_other_where_nothing_is_told(eff
     k = fit.problem.keys.index(key)
     reach = Z95 * np.sqrt(covariance(fit)[k, k]) * fit.problem.unknowns[k].scale
     assert 0.2 < reach <= max(share.forms) - min(share.forms) + 1e-9
+
+
+@pytest.mark.long
+def test_a_band_that_the_cost_steps_over_has_an_interval():
+    """By differences over thousandths a dead band has no slope where the fit stands, and began
+    again at one of its laws it lost the slopes that were averaged: its interval was all that is
+    allowed, and data kept back refuted what they know.
+    """
+    band = EffectUse("driver_deadband", "motors", {"voltage": 0.1, "lost": 0.0})
+    nominal = machine("yin2018_dc")
+    found = diagnose(*pair(with_effects(nominal, band, **ASIDE), noise=1e-5), nominal, jobs=2)
+    assert found.document["verdict"] == "explained"
+    (effect,) = found.document["effects"]
+    low, high = effect["parameters"]["voltage"]["ci95"]
+    assert 0.05 < low < 0.1 < high < 0.2

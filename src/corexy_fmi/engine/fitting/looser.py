@@ -13,18 +13,21 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.rough import softened
 
 LOOSE = 3.0  # times as wide as the machine file's priors
 ROUNDS = 10  # iterations at most: it begins at the winner
 
 
 def loosened(fit: Fit) -> Fit | None:
-    """A fit of effects once more under priors that are `LOOSE` times as wide; None where it holds
-    none, or breaks down.
+    """A fit of effects once more under priors that are `LOOSE` times as wide, with slopes averaged
+    where the fit's are; None where it holds none, or breaks down.
     """
     if not fit.problem.hypothesis.uses:
         return None
     machine = fit.problem.machine
     wide = replace(machine, rel_std={k: LOOSE * std for k, std in machine.rel_std.items()})
     found = minimise(replace(fit.problem, machine=wide), fit.u, ROUNDS)
-    return found if np.isfinite(found.cost) else None
+    if not np.isfinite(found.cost):
+        return None
+    return found if fit.slopes is None else softened(found)

@@ -9,7 +9,7 @@ import numpy as np
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, fine, minimise, settle
 from corexy_fmi.engine.fitting.free_form import PARITIES, halved, law_places, law_values
 from corexy_fmi.engine.fitting.restart import LEADER, begun, best
-from corexy_fmi.engine.fitting.rough import across, softened, unstuck
+from corexy_fmi.engine.fitting.rough import across, unstuck
 from corexy_fmi.engine.fitting.starts import astray, centred
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.candidates import finer
@@ -119,9 +119,8 @@ def matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:
         return base, entries
     again = fine(repolish(base, entries[0].fit))
     lost = base.cost - again.cost
-    fined = entry_of(base, fine(entries[0].fit))
-    first = replace(fined, fit=softened(fined.fit))
-    return softened(again), [replace(e, gain=e.gain - lost) for e in (first, *entries[1:])]
+    first = entry_of(base, fine(entries[0].fit))
+    return again, [replace(e, gain=e.gain - lost) for e in (first, *entries[1:])]
 
 
 def _leads(entry: Entry, first: Entry) -> bool:
