@@ -17,8 +17,10 @@ from kernel_helpers import (
     still,
     vector,
 )
+from scipy.stats import gamma
 
 from corexy_fmi.effects.belt_slack import pull
+from corexy_fmi.effects.presliding_hysteresis import YIELDS
 from corexy_fmi.topology import FULL, REDUCED
 
 R = 5e-3
@@ -34,24 +36,72 @@ def slide_at(speed, effects, fidelity="reduced", length=0.06):
 # guides
 
 
+def dahl(u):
+    """Friction over f_C at s x / f_C from rest."""
+    return 1 - np.exp(-u)
+
+
+def slipping(u):
+    """The same of Maxwell's bristles, a quarter of the friction each."""
+    return np.mean([np.clip(u / reach, -1, 1) for reach in YIELDS], axis=0)
+
+
+@pytest.mark.parametrize(("law", "curve"), [(0.0, dahl), (1.0, slipping)])
 @pytest.mark.parametrize("stiffness", [3e3, 3e4])
-def test_bristles_bend_by_dahls_curve(stiffness):
-    """A slow pull: K (x_c - x) = f (1 - exp(-s x / f)) + b v, f the Coulomb friction."""
+def test_bristles_bend_by_their_curve(stiffness, law, curve):
+    """A slow pull: K (x_c - x) = f curve(s x / f) + b v, f the Coulomb friction."""
     c, speed = REDUCED.constants(parameters(), 0.0), 1e-4
     time, path = polyline([(0, 0), (3e-4, 0)], speed)
-    values = vector(effects=[("presliding_hysteresis", "x", (stiffness,))])
+    values = vector(effects=[("presliding_hysteresis", "x", (stiffness, law))])
     x = run(drive(time, path), values, fidelity="reduced")[0]
-    friction = c.coulomb[0] * (1 - np.exp(-stiffness * x / c.coulomb[0]))
+    friction = c.coulomb[0] * curve(stiffness * x / c.coulomb[0])
     moving = np.gradient(x, time) * c.viscous[0]
     belts = STIFFNESS * (path[:, 0] - x)
     assert np.abs(belts - friction - moving)[50:].max() < 2e-3 * c.coulomb[0]
     assert friction.max() > 0.5 * c.coulomb[0]
 
 
+def back_by_dahl(u):
+    """Friction over f_C where sliding has turned, at s x / f_C since."""
+    return 2 * np.exp(-u) - 1
+
+
+def back_by_masing(u):
+    """Masing's rule: the curve from rest, twice as large."""
+    return 1 - 2 * slipping(u / 2)
+
+
+@pytest.mark.parametrize(("law", "curve"), [(0.0, back_by_dahl), (1.0, back_by_masing)])
+def test_bristles_bend_back(law, curve):
+    """After sliding, Dahl's begin at 2 s and Maxwell's at s."""
+    c, stiffness = REDUCED.constants(parameters(), 0.0), 1e5
+    time, path = polyline([(0, 0), (4e-4, 0), (0, 0)], 1e-4)
+    values = vector(effects=[("presliding_hysteresis", "x", (stiffness, law))])
+    x = run(drive(time, path), values, fidelity="reduced")[0]
+    turn = int(np.argmax(x))
+    assert stiffness * x[turn] / c.coulomb[0] > max(YIELDS)  # it slides
+    since = stiffness * (x[turn] - x) / c.coulomb[0]
+    force = STIFFNESS * (path[:, 0] - x) - np.gradient(x, time) * c.viscous[0]
+    missed = force - c.coulomb[0] * curve(since)
+    assert since[-1] > 1
+    assert np.abs(missed[turn + 20 : -2]).max() < 5e-3 * c.coulomb[0]
+
+
+def test_yields_bend_by_dahls_curve():
+    """Elements of all yields, distributed by y exp(-y), sum up to 1 - exp(-u); four of them to
+    0.1 of it, and to its slope at rest.
+    """
+    assert np.mean(1 / np.array(YIELDS)) == pytest.approx(1.0, abs=1e-5)
+    medians = gamma(2).ppf([0.125, 0.375, 0.625, 0.875])
+    assert np.array(YIELDS) / YIELDS[0] == pytest.approx(medians / medians[0], rel=1e-4)
+    u = np.linspace(0, 5, 200)
+    assert np.abs(slipping(u) - dahl(u)).max() < 0.11
+
+
 def test_stiff_bristles_are_coulomb_friction():
     time, path = polyline([(0, 0), (0.01, 0), (0, 0)], 0.02, rest=0.1)
     bare = run(drive(time, path), vector())
-    found = run(drive(time, path), vector(effects=[("presliding_hysteresis", "xy", (1e7,))]))
+    found = run(drive(time, path), vector(effects=[("presliding_hysteresis", "xy", (1e7, 0.0))]))
     assert np.abs(found - bare).max() < 3e-7
 
 

@@ -20,6 +20,7 @@ SIZES = {
     "driver_deadband": ("yin2018_dc", "motors", {"voltage": 0.3}),
     "friction_warmup": ("yin2018", "x", {"extra_ratio": 1.0, "time_constant": 0.5}),
     "load_friction": ("yin2018", "x", {"coefficient": 0.2}),
+    "presliding_hysteresis": ("yin2018", "x", {"stiffness": 8e3}),
     "stribeck_friction": ("yin2018", "x", {"static_ratio": 2.5, "speed": 0.012}),
     "supply_saturation": ("yin2018_dc", "motors", {"voltage": 0.6}),
     "torque_ripple": ("yin2018_dc", "motors", {"ratio": 0.1, "order": 24.0, "phase": 0.4}),
