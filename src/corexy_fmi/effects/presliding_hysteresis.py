@@ -93,7 +93,7 @@ EFFECT = Effect(
     ),
     laws=(Law("start_axis", start), Law("stick", bristle)),
     equation=r"\frac{dF}{dx} = s \left(1 - \frac{F}{f_C}\,\mathrm{sgn}\,\dot x\right)\quad"
-    r"\text{or}\quad F = \sum_k F_k,\ \frac{dF_k}{dx} = \frac{s}{4 y_k},\ |F_k| \le \frac{f_C}{4}",
+    r"\text{or}\quad F = \sum_k F_k,\ \frac{dF_k}{dx} = \frac{s}{4 y_k},\ |F_k| \leq \frac{f_C}{4}",
     citation="Dahl 1968, TOR-0158; Canudas de Wit et al. 1995, doi:10.1109/9.376053; "
     "Al-Bender, Lampaert, Swevers 2005, doi:10.1109/TAC.2005.858676",
     remedy="Use a stiffer guide or less preload and grease; compensate short reversals.",
