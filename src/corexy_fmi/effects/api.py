@@ -84,6 +84,18 @@ def overtones(of: str) -> tuple[Parameter, Parameter]:
     return sine, cosine
 
 
+def share(
+    name: str,
+    meaning: str,
+    starts: tuple[float, ...] = (0.0, 1.0),
+    default: float = 0.0,
+    upper: float = 1.0,
+) -> Parameter:
+    """The share of one of the literature's laws against another: 0 and 1 are laws of their own."""
+    ends = (0.0, 1.0)
+    return Parameter(name, "1", meaning, default, 0.0, upper, starts, default=default, forms=ends)
+
+
 @dataclass(frozen=True)
 class Law:
     """One function at one port; the function's argument names say what it reads."""

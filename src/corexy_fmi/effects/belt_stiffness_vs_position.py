@@ -9,7 +9,7 @@ teeth give too) or beside it:
 Source: Yin et al., IEEE RCAR 2018: k_i = A E / l_i, which the paper then holds constant.
 """
 
-from corexy_fmi.effects.api import BELTS, Effect, Law, Parameter
+from corexy_fmi.effects.api import BELTS, Effect, Law, Parameter, share
 
 
 def stiffness(section_stiffness, slope, length, centre_length, strength, parallel):
@@ -40,16 +40,9 @@ EFFECT = Effect(
             (0.5, 1.0),
             size=True,
         ),
-        Parameter(
+        share(
             "parallel",
-            "1",
             "share of the constant part that lies beside the section instead of behind it",
-            0.0,
-            0.0,
-            1.0,
-            (0.0, 1.0),
-            default=0.0,
-            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("belt", stiffness),),

@@ -8,7 +8,7 @@ least pulse only what lies within it (lost = 0).
 Source: Tao, Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996.
 """
 
-from corexy_fmi.effects.api import DC, Effect, Law, Parameter
+from corexy_fmi.effects.api import DC, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import absolute, clamp, select
 
 
@@ -35,16 +35,11 @@ EFFECT = Effect(
             size=True,
             log=True,
         ),
-        Parameter(
+        share(
             "lost",
-            "1",
             "share of the band that is missing at larger voltages too",
-            1.0,
-            0.0,
-            1.0,
-            (1.0, 0.0),
+            starts=(1.0, 0.0),
             default=1.0,
-            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("motor", bridge),),

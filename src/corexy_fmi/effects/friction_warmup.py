@@ -11,7 +11,7 @@ Source: Bittencourt, Gunnarsson, J. Dynamic Systems, Measurement, and Control 13
 doi:10.1115/1.4006589 (friction and temperature).
 """
 
-from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
+from corexy_fmi.effects.api import AXES, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import exp, maximum
 
 
@@ -57,16 +57,10 @@ EFFECT = Effect(
             default=0.0,
             local=True,
         ),
-        Parameter(
+        share(
             "viscous",
-            "1",
             "the same excess of viscous friction, over that of Coulomb friction",
-            0.0,
-            0.0,
-            10.0,
-            (0.0, 1.0),
-            default=0.0,
-            forms=(0.0, 1.0),
+            upper=10.0,
         ),
     ),
     laws=(Law("guide", friction),),

@@ -9,7 +9,7 @@ Source: Bittencourt, Gunnarsson, J. Dynamic Systems, Measurement, and Control 13
 doi:10.1115/1.4006589 (friction that grows with the load).
 """
 
-from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
+from corexy_fmi.effects.api import AXES, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import sqrt
 
 
@@ -25,17 +25,7 @@ EFFECT = Effect(
     locations=AXES,
     parameters=(
         Parameter("coefficient", "1", "friction over load", 0.0, 0.0, 1.0, (0.1,), size=True),
-        Parameter(
-            "along",
-            "1",
-            "load by the force along, over that by the force across",
-            0.0,
-            0.0,
-            10.0,
-            (0.0, 1.0),
-            default=0.0,
-            forms=(0.0, 1.0),
-        ),
+        share("along", "load by the force along, over that by the force across", upper=10.0),
     ),
     laws=(Law("guide", friction),),
     equation=r"f = f_C + \mu\,\sqrt{F_\perp^2 + (a F_\parallel)^2}",

@@ -17,7 +17,7 @@ Lampaert, Swevers, IEEE Trans. Automatic Control 50(11), 2005, doi:10.1109/TAC.2
 (Maxwell slip).
 """
 
-from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
+from corexy_fmi.effects.api import AXES, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import absolute, exp, maximum, minimum, select
 
 # medians of the quarters of the distribution y exp(-y), by which yields bend by Dahl's curve
@@ -79,16 +79,10 @@ EFFECT = Effect(
             log=True,
             scaling=-1,
         ),
-        Parameter(
+        share(
             "maxwell_slip",
-            "1",
             "0: bristles fade as Dahl's, 1: they slip one by one as Maxwell's",
-            0.0,
-            0.0,
-            1.0,
-            (0.0,),
-            default=0.0,
-            forms=(0.0, 1.0),
+            starts=(0.0,),
         ),
     ),
     laws=(Law("start_axis", start), Law("stick", bristle)),

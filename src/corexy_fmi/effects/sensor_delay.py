@@ -19,7 +19,14 @@ EFFECT = Effect(
     locations=SENSOR,
     parameters=(
         Parameter(
-            "delay", "s", "time by which every sample is late", 0.0, 0.0, 0.05, (0.002,), size=True
+            "delay",
+            "s",
+            "time by which every sample is late",
+            0.0,
+            0.0,
+            0.05,
+            (0.002, 0.03),
+            size=True,
         ),
     ),
     laws=(Law("sampling", late),),

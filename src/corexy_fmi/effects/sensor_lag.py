@@ -66,7 +66,7 @@ EFFECT = Effect(
     summary="a first-order filter in the sensor",
     locations=SENSOR,
     parameters=(
-        Parameter("time_constant", "s", "of the filter", 0.0, 0.0, 0.1, (0.003,), size=True),
+        Parameter("time_constant", "s", "of the filter", 0.0, 0.0, 0.1, (0.003, 0.06), size=True),
     ),
     laws=(Law("start_sensor", start), Law("filter", follow), Law("sensor", show)),
     equation=r"T\,\dot x_m = x - x_m",

@@ -8,7 +8,7 @@ Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994,
 doi:10.1016/0005-1098(94)90209-7.
 """
 
-from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
+from corexy_fmi.effects.api import AXES, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import absolute, exp
 
 
@@ -44,16 +44,10 @@ EFFECT = Effect(
             (0.004, 0.012, 0.035),
             log=True,
         ),
-        Parameter(
+        share(
             "pointed",
-            "1",
             "0: the peak is round (exponent 2), 1: it is pointed (exponent 1)",
-            0.0,
-            0.0,
-            1.0,
-            (0.0,),
-            default=0.0,
-            forms=(0.0, 1.0),
+            starts=(0.0,),
         ),
     ),
     laws=(Law("guide", friction),),

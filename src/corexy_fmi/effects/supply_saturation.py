@@ -7,7 +7,7 @@ A current limit cuts sharply (soft = 0); a supply that gives way under load has 
 Source: Hippe, Windup in Control, Springer, 2006.
 """
 
-from corexy_fmi.effects.api import DC, Effect, Law, Parameter
+from corexy_fmi.effects.api import DC, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import clamp, select, sqrt
 
 FAR = 1e3  # times the limit: beyond it the knee is the limit itself
@@ -47,17 +47,7 @@ EFFECT = Effect(
             scaling=-1,
             over="threshold",
         ),
-        Parameter(
-            "soft",
-            "1",
-            "share of a rounded knee in place of a sharp corner",
-            0.0,
-            0.0,
-            1.0,
-            (0.0, 1.0),
-            default=0.0,
-            forms=(0.0, 1.0),
-        ),
+        share("soft", "share of a rounded knee in place of a sharp corner"),
     ),
     laws=(Law("motor", limit),),
     equation=r"V = (1 - s)\,\mathrm{clamp}(V_c, -V_m, V_m) + "

@@ -8,7 +8,7 @@ where it follows the command, as with a driver of current.
 Source: Jahns, Soong, IEEE Trans. Industrial Electronics 43(2), 1996, doi:10.1109/41.491356.
 """
 
-from corexy_fmi.effects.api import DC, PHASES, TWO_PI, Effect, Law, Parameter
+from corexy_fmi.effects.api import DC, PHASES, TWO_PI, Effect, Law, Parameter, share
 from corexy_fmi.kernel.xmath import sin
 
 
@@ -44,16 +44,11 @@ EFFECT = Effect(
             PHASES,
             periodic=TWO_PI,
         ),
-        Parameter(
+        share(
             "back_emf",
-            "1",
             "share of back-EMF in the torque that the ripple follows",
-            1.0,
-            0.0,
-            1.0,
-            (0.5,),
+            starts=(0.5,),
             default=1.0,
-            forms=(0.0, 1.0),
         ),
     ),
     laws=(Law("torque", ripple),),
