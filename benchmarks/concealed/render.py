@@ -10,6 +10,7 @@ from textwrap import fill
 
 from benchmarks.concealed import seeds
 from benchmarks.concealed.calibration import section
+from benchmarks.concealed.cases import published
 from benchmarks.concealed.distances import Entry, overstated, removal
 from benchmarks.concealed.fold import folded
 from benchmarks.concealed.proof import RESULTS, read
@@ -29,6 +30,7 @@ from benchmarks.mechanism.page import section as mechanisms
 
 MARKS = ("<!-- seeds -->", "<!-- /seeds -->")  # of README.md
 AGAIN = "again"  # the files of the second round
+WHOLE = (30, 300, 60)  # cases of a round: of each effect, nulls, pairs and causes outside
 LATEST = 100  # cases of a shard that tell of the engines of late
 LARGE = 50  # cases of an earlier run that is shown in full
 HIDDEN = (
@@ -96,6 +98,16 @@ def tables(
     ]
 
 
+def counted(entries: list[Entry]) -> str:
+    """How many cases were run, of how many."""
+    whole = len(published(*WHOLE, catalogue="full"))
+    return (
+        f"all {whole} sealed cases"
+        if len(entries) == whole
+        else (f"{len(entries)} sealed cases so far, of {whole}")
+    )
+
+
 def shards() -> list[list[Entry]]:
     """The cases of each shard of the run with all effects, in their order."""
     return [read(RESULTS / f"full.{k}.jsonl") for k in range(2)]
@@ -109,8 +121,8 @@ def full(entries: list[Entry]) -> list[str]:
     return [
         "## All 35 effects",
         "",
-        f"`python -m benchmarks.concealed.proof --catalogue full`: {len(entries)} sealed cases so "
-        f"far, engine at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}. "
+        f"`python -m benchmarks.concealed.proof --catalogue full`: {counted(entries)}, engine at "
+        f"commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}. "
         f"{once}All 35 effects are planted, and all compete. From this run on the plant's machine "
         "file keeps the factor that is common to all masses, stiffnesses and frictions near 1, "
         "which no motion tells (before, up to 1.45), and the engine gives smooth friction a scale "
@@ -144,7 +156,7 @@ def again(entries: list[Entry]) -> list[str]:
         "## All 35 effects, a second round",
         "",
         f"`python -m benchmarks.concealed.proof --catalogue full --out "
-        f"benchmarks/results/{AGAIN}.jsonl`: {len(entries)} sealed cases so far, engine at commit "
+        f"benchmarks/results/{AGAIN}.jsonl`: {counted(entries)}, engine at commit "
         f"{commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}. "
         + ("One engine ran all." if one else ONCE.strip()),
         "",
