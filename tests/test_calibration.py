@@ -96,3 +96,28 @@ def test_an_arm_beside_the_relaxed_belt_is_a_share_of_the_quick_one() -> None:
     case["document"]["effects"][0]["parameters"] = said
     case["truth"]["effects"][0] |= {"name": "belt_relaxation", "parameters": {"ratio": 0.25}}
     assert list(calibration.coverage([case]).values()) == [[True]]
+
+
+@pytest.mark.parametrize("fitted", [True, False])
+def test_pulses_of_the_plant_are_twice_their_amplitude_high(fitted: bool) -> None:
+    """Half a period long, they begin at the sine's zero; what was told as a sine has no pulses."""
+    case = entry(1.0, (0.0, 1.0))
+    said = {"amplitude": {"value": 0.2, "ci95": [0.19, 0.21]}} | {
+        "phase@a.csv": {"value": 0.0, "ci95": [-0.1, 0.1]}
+    }
+    duty = {"duty": {"value": 0.5, "ci95": [0.4, 0.6]}} if fitted else {}
+    case["document"]["effects"][0]["parameters"] = said | duty
+    case["truth"]["effects"][0] |= {
+        "name": "periodic_disturbance",
+        "parameters": {"amplitude": 0.1, "phase@a.csv": 0.0},
+        "form": {"duty": 0.5},
+    }
+    held = calibration.coverage([case])
+    assert held[("periodic_disturbance", "amplitude")] == [fitted]
+
+
+def test_the_plants_pulse_has_its_middle_where_its_sine_is_largest() -> None:
+    """A pulse of 0.3 of a period about the quarter begins at 0.1 of it."""
+    planted = {"name": "periodic_disturbance", "parameters": {"phase": 0.0}, "form": {"duty": 0.3}}
+    begins = calibration.as_catalogued(planted, "phase", {"duty": 0.3})
+    assert begins == pytest.approx(-0.1 * calibration.PERIOD)

@@ -110,21 +110,29 @@ def coverage(entries: list[Entry]) -> dict[tuple[str, str], list[bool]]:
         for said in e["document"]["effects"]:
             for name, value in said["parameters"].items():
                 if name in planted["parameters"]:
-                    truth = as_catalogued(planted["name"], name, planted["parameters"][name])
+                    truth = as_catalogued(planted, name, said["parameters"])
                     inside = inside_of(name, value, truth)
                     found.setdefault((planted["name"], name), []).append(inside)
     return found
 
 
-def as_catalogued(effect: str, name: str, truth: float) -> float:
-    """A planted value by the catalogue's definition, where CONTRACT 5 leaves that open.
+def as_catalogued(planted: dict[str, Any], name: str, said: dict[str, Any]) -> float:
+    """A planted value by the definition of what is ``said``, where CONTRACT 5 leaves that open.
 
     The plant's creeping arm is stiff by a ratio of the relaxed belt, the catalogue's by a share of
-    what a quick load meets.
+    what a quick load meets.  The plant's pulses are twice their amplitude high, their middle
+    where its sine is largest, the catalogue's (``duty`` among what is said) are as high and
+    begin at a phase of zero.
     """
+    truth: float = planted["parameters"][name]
     if name.startswith(COUNTED_DOWN):
         return -truth
-    return truth / (1 + truth) if (effect, name) == CREPT else truth
+    duty = planted.get("form", {}).get("duty")
+    if duty and "duty" in said:
+        if name.startswith("phase"):
+            return truth + PERIOD * (duty / 2 - 1 / 4)
+        return 2 * truth if name == "amplitude" else truth
+    return truth / (1 + truth) if (planted["name"], name) == CREPT else truth
 
 
 def inside_of(name: str, said: dict[str, Any], truth: float) -> bool:

@@ -73,7 +73,7 @@ def asked(entry: Entry) -> Entry:
     tables = [effect_table(fit, *key, spread, further) for further in ([], loose)]
     rows = []
     for name in (n for n in tables[0] if n in planted["parameters"]):
-        truth = as_catalogued(planted["name"], name, planted["parameters"][name])
+        truth = as_catalogued(planted, name, tables[0])
         widths = [float(np.ptp(table[name]["ci95"])) for table in tables]
         rows.append(
             {
