@@ -24,6 +24,7 @@ from corexy_fmi.engine.fitting.retune import quick, retune
 from corexy_fmi.engine.judging.judge import judge
 from corexy_fmi.engine.judging.model import tuned_machine
 from corexy_fmi.engine.judging.moving import begun, begun_alike, told
+from corexy_fmi.engine.judging.onset import settled_in
 from corexy_fmi.engine.judging.prove import Proof
 from corexy_fmi.engine.judging.repeats import as_rows
 from corexy_fmi.engine.judging.verdict import Verdict
@@ -85,7 +86,9 @@ def diagnose(
         runs, kept = make_runs(train, holdout, machine)
         runs = begun(runs, layout, machine)
         kept = begun(kept, layout, machine) if holdout else begun_alike(kept, runs)
-        begins = [*unjudged(runs, kept, holdout), *told((*runs, *kept))]
+        runs, early = settled_in(runs, machine)
+        kept, late = settled_in(kept, machine)
+        begins = [*unjudged(runs, kept, holdout), *told((*runs, *kept)), *early, *late]
         without |= meaningless(runs, machine, layout)
         whole, kept = whole_runs(runs), kept_parts(kept)
         tell("retuning the nominal parameters", 0.05)
