@@ -15,16 +15,18 @@ from corexy_fmi.machine import EffectUse
 PLANTED = {
     "racking": EffectUse("racking", "bridge", {"stiffness": 3000.0, "inertia": 1e-3}),
     "stribeck": STRIBECK,
+    "cable": EffectUse("cable_drag", "x", {"stiffness": 200.0, "center": 0.0, "stiffening": 0.0}),
 }
 INERTIA, SPEED = "racking.bridge.inertia", "stribeck_friction.x.speed"
+STIFFENING = "cable_drag.x.stiffening"
 SHORT = 0.3  # of a logarithm: an interval that a ripple of the likelihood would tell
 
 
 @cache
-def fit(name: str, noise: float = NOISE):
+def fit(name: str, noise: float = NOISE, seed: int = 1):
     """What was planted, fitted to a recording of it."""
     use = PLANTED[name]
-    shown = record(with_effects(machine(), use), rich_motion(), noise=noise)
+    shown = record(with_effects(machine(), use), rich_motion(), noise=noise, seed=seed)
     return fitted(problem(shown, machine(), [(use.name, use.location)], std=noise), 30)
 
 
@@ -73,6 +75,17 @@ def test_what_is_well_known_is_not_walked():
     low, high = ends(found)[SPEED]
     assert high - low < 2 * WIDE
     assert walked(found, map) == {}
+
+
+def test_what_is_at_the_least_that_is_allowed_is_walked_up():
+    """A cable that does not stiffen."""
+    found = fit("cable", 1e-4, 2)
+    k = found.problem.keys.index(STIFFENING)
+    assert found.value(STIFFENING) == 0.0
+    low, high = walked(found, map)[STIFFENING]
+    assert low == found.problem.unknowns[k].range()[0]
+    assert at(found, STIFFENING, high) == pytest.approx(UNTOLD, abs=0.8)
+    assert STIFFENING not in walked(fit("cable", 1e-4), map)
 
 
 def test_an_interval_reaches_as_far_as_any_way_to_tell_it():

@@ -13,7 +13,7 @@ import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
-from corexy_fmi.engine.naming.entries import Entry, entry_of
+from corexy_fmi.engine.naming.entries import Entry, joined
 from corexy_fmi.engine.naming.search import long_fit
 from corexy_fmi.kernel.layout import Instance
 
@@ -30,14 +30,7 @@ def elsewhere(
         return entries
     moved = _moved(first.hypothesis, singles)
     ends = mapper(lambda pair: _begun(first.fit, *pair), moved)
-    known = {e.hypothesis.key: e for e in entries}
-    for entry in (entry_of(base, fit) for fit in ends):
-        held = known.get(entry.hypothesis.key)
-        if held is None or entry.gain > held.gain:
-            known[entry.hypothesis.key] = entry
-    laws = [e for e in entries if e.hypothesis.law]
-    named = [e for e in known.values() if not e.hypothesis.law]
-    return sorted([*named, *laws], key=lambda e: -e.gain)
+    return joined(base, entries, ends)
 
 
 def _moved(

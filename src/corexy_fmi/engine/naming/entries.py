@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,6 +71,19 @@ def entry_of(base: Fit, fit: Fit) -> Entry:
     """A fit with what it gains [nats] over the retuned machine ``base``."""
     gain = base.cost - fit.cost - penalty(fit.problem, samples_of(fit))
     return Entry(fit.problem.hypothesis, fit, gain)
+
+
+def joined(base: Fit, entries: list[Entry], fits: Iterable[Fit]) -> list[Entry]:
+    """The entries, best first, with each fit of named effects in the place of what gains less by
+    the same ones, or beside them.
+    """
+    known = {e.hypothesis.key: e for e in entries if not e.hypothesis.law}
+    for entry in (entry_of(base, fit) for fit in fits):
+        held = known.get(entry.hypothesis.key)
+        if held is None or entry.gain > held.gain:
+            known[entry.hypothesis.key] = entry
+    laws = [e for e in entries if e.hypothesis.law]
+    return sorted([*known.values(), *laws], key=lambda e: -e.gain)
 
 
 def probabilities(gains: list[float]) -> tuple[list[float], float]:

@@ -19,6 +19,7 @@ from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.restart import best
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.beyond import beyond
+from corexy_fmi.engine.naming.entries import Entry, joined
 from corexy_fmi.engine.naming.search import SHORT, long_fit, rank
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
@@ -38,6 +39,18 @@ def kindred(fits: Sequence[Fit], singles: Sequence[Hypothesis], mapper: Mapper) 
     own = _rotor(first.problem.hypothesis)[0]
     others = [i for s in singles for i in _rotor(s) if i.effect.name != own.effect.name]
     return [_begun(first, own, i, mapper) for i in others if i.location == own.location]
+
+
+def with_kindred(
+    base: Fit, entries: list[Entry], singles: Sequence[Hypothesis], mapper: Mapper
+) -> list[Entry]:
+    """The entries, best first, with what else frees a rotor begun once more where their first named
+    one ended: detents that do nothing may have shown the way to a field that does all alone.
+    """
+    first = next((e for e in entries if e.hypothesis.uses), None)
+    if first is None or first.gain <= 0:
+        return entries
+    return joined(base, entries, kindred([first.fit], singles, mapper))
 
 
 def _rotor(hypothesis: Hypothesis) -> list[Instance]:

@@ -33,7 +33,7 @@ from corexy_fmi.engine.naming.entries import (
     without_idle,
 )
 from corexy_fmi.engine.naming.forms import at_forms
-from corexy_fmi.engine.naming.kindred import kindred
+from corexy_fmi.engine.naming.kindred import kindred, with_kindred
 from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.engine.naming.pairs import pairs
@@ -111,6 +111,7 @@ def compete(
             unique[entry.hypothesis.key] = entry
     entries = sorted(unique.values(), key=lambda e: -e.gain)
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
+    entries = with_kindred(base, entries, singles, mapper)
     base, entries = matched(*without_more_spikes(base, entries, mapper))
     base, entries = under_one_noise(base, entries, mapper)
     entries = without_idle(at_forms(entries, mapper))

@@ -1,9 +1,10 @@
 """Walked intervals: of what a recording bounds on one side only, as far as the likelihood lets it.
 
 An inertia on stiff guides shows while its mode is slow; below that any will do, and a fit ends
-wherever its way led.  The curvature there tells of a ripple, not of the data.  So what is fitted on
-a logarithmic scale and is not well known is held further and further off, all else fitted to it,
-until that costs what ends a 95 % interval.
+wherever its way led.  The curvature there tells of a ripple, not of the data; nor does it where a
+fit ends at the least that is allowed, as a rotor without damping, and the likelihood bends on the
+first bit of it.  So what is fitted on a logarithmic scale and is not well known, or ends there, is
+held further and further off, all else fitted to it, until that costs what ends a 95 % interval.
 
 Source: profile likelihood, Raue et al. 2009, doi:10.1093/bioinformatics/btp358.
 """
@@ -22,6 +23,7 @@ from corexy_fmi.engine.naming.forms import UNTOLD
 from corexy_fmi.engine.naming.whole import held
 
 WIDE = 0.25  # half width of an interval, of a logarithm, from which on it is walked
+LEAST = 0.1  # of an interval's upper half: as near is at the least that is allowed
 
 
 def further(fit: Fit, mapper: Mapper) -> Sequence[Mapping[str, Ends]]:
@@ -35,18 +37,24 @@ def further(fit: Fit, mapper: Mapper) -> Sequence[Mapping[str, Ends]]:
 def walked(fit: Fit, mapper: Mapper) -> dict[str, Ends]:
     """Ends, on the internal scale, of the intervals that are not well known by curvature."""
     linear = ends(fit)
-    doubtful = [k for k, x in enumerate(fit.problem.unknowns) if _doubtful(x, linear[x.key])]
+    unknowns = enumerate(fit.problem.unknowns)
+    doubtful = [k for k, x in unknowns if _doubtful(x, linear[x.key], float(fit.u[k]))]
     keys = [fit.problem.keys[k] for k in doubtful]
     sides = [(k, end) for k, key in zip(doubtful, keys, strict=True) for end in linear[key]]
     found = list(mapper(partial(_end, fit), sides))
     return dict(zip(keys, zip(found[::2], found[1::2], strict=True), strict=True))
 
 
-def _doubtful(unknown: Unknown, linear: Ends) -> bool:
-    """Whether an effect's parameter has a wide interval that ends within what is allowed."""
+def _doubtful(unknown: Unknown, linear: Ends, middle: float) -> bool:
+    """Whether an effect's parameter has a wide interval that ends within what is allowed, or is at
+    the least of it.
+    """
     (low, high), (least, most) = linear, unknown.range()
-    wide = unknown.log and "." in unknown.key and high - low > 2 * WIDE
-    return wide and (low > least or high < most)
+    if "." not in unknown.key or (low <= least and high >= most):
+        return False
+    if unknown.log:
+        return high - low > 2 * WIDE
+    return not unknown.span and middle - least < LEAST * (high - middle)
 
 
 def _end(fit: Fit, side: tuple[int, float]) -> float:
