@@ -105,7 +105,7 @@ def sweep(
     pyarrow()
     folder = Folder(out, plan.document(), about)
     folder.check()  # before a lock is put into somebody else's folder
-    with alone_in(out), workers(jobs or _cores(), dask) as (executor, ahead):
+    with workers(jobs or _cores(), dask) as (executor, ahead), alone_in(out):
         done = folder.open()
         before = sum(len(plan.rows(index)) for index in done)
         with _bar(sets, before) as report:
