@@ -100,12 +100,8 @@ def tables(
 
 def counted(entries: list[Entry]) -> str:
     """How many cases were run, of how many."""
-    whole = len(published(*WHOLE, catalogue="full"))
-    return (
-        f"all {whole} sealed cases"
-        if len(entries) == whole
-        else (f"{len(entries)} sealed cases so far, of {whole}")
-    )
+    n, whole = len(entries), len(published(*WHOLE, catalogue="full"))
+    return f"all {n} sealed cases" if n == whole else f"{n} sealed cases so far, of {whole}"
 
 
 def shards() -> list[list[Entry]]:

@@ -74,8 +74,8 @@ def entry_of(base: Fit, fit: Fit) -> Entry:
 
 
 def joined(base: Fit, entries: list[Entry], fits: Iterable[Fit]) -> list[Entry]:
-    """The entries, best first, with each fit of named effects in the place of what gains less by
-    the same ones, or beside them.
+    """The entries, best first, with each fit in the place of what gains less by the same effects,
+    or beside them; laws among the entries stay.
     """
     known = {e.hypothesis.key: e for e in entries if not e.hypothesis.law}
     for entry in (entry_of(base, fit) for fit in fits):

@@ -28,7 +28,7 @@ from corexy_fmi.engine.naming.entries import (
     Competition,
     Entry,
     catalogue_first,
-    entry_of,
+    joined,
     ranked,
     without_idle,
 )
@@ -102,14 +102,7 @@ def compete(
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")
-    joined = pairs(base, fits, singles, mapper)
-    unique: dict[tuple[tuple[str, str], ...], Entry] = {}
-    for fit in [*joined, *fits]:
-        entry = entry_of(base, fit)
-        held = unique.get(entry.hypothesis.key)
-        if held is None or entry.gain > held.gain:
-            unique[entry.hypothesis.key] = entry
-    entries = sorted(unique.values(), key=lambda e: -e.gain)
+    entries = joined(base, [], [*pairs(base, fits, singles, mapper), *fits])
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
     entries = with_kindred(base, entries, singles, mapper)
     base, entries = matched(*without_more_spikes(base, entries, mapper))
