@@ -1,9 +1,9 @@
 """A belt section cannot push: its tension stops at zero.
 
-    T = mean of max(T_0 + k e + d, 0) - T_0 - d over 0 < d < w,   w = spread T_0         [N]
+    T = mean of max(T_0 (1 + d) + k e, 0) - T_0 over -spread < d < spread                [N]
 
-T_0 is the pretension, of the loosest strand where it differs over the belt's width: the strands of
-a belt that runs askew go slack one after the other (spread > 0), else all at once (spread = 0).
+T_0 is the pretension, which a plucked span's tone tells.  Over the width of a belt that runs askew
+it differs, and its strands go slack one after the other (spread > 0), else all at once.
 
 Source: Pott, Cable-Driven Parallel Robots, Springer, 2018 (a cable is a unilateral spring).
 """
@@ -14,9 +14,9 @@ from corexy_fmi.kernel.xmath import clamp, maximum, select
 
 def pull(tension, pretension, spread):
     """Tension [N] above the pretension."""
-    loosest, width = tension + pretension, spread * pretension
-    taut = clamp(loosest + width, 0, width)
-    uneven = maximum(tension, -pretension) + taut * taut / (2 * width + 1e-300) - width / 2
+    half = spread * pretension
+    taut = clamp(tension + pretension + half, 0, 2 * half)  # of the tightest strand
+    uneven = maximum(tension - half, -pretension) + taut * taut / (4 * half + 1e-300)
     sharp = maximum(tension, -pretension)
     return {"tension": select(pretension > 0, select(spread > 0, uneven, sharp), tension)}
 
@@ -29,7 +29,7 @@ EFFECT = Effect(
         Parameter(
             "pretension",
             "N",
-            "of both belts at rest, where they are loosest; 0 switches the effect off",
+            "of both belts at rest; 0 switches the effect off",
             0.0,
             1e-3,
             1e4,
@@ -42,17 +42,16 @@ EFFECT = Effect(
         Parameter(
             "spread",
             "1",
-            "of the pretension over the belt's width, as a share of the loosest strand's",
+            "of the pretension over the belt's width, to either side, as a share of it",
             0.0,
             0.0,
-            10.0,
-            (0.0, 2.0),
+            1.0,
+            (0.0, 0.5),
             default=0.0,
         ),
     ),
     laws=(Law("tension", pull),),
-    equation=r"T = \frac{1}{w} \int_0^w (\max(T_0 + k\,e + d,\ 0) - T_0 - d)\,\mathrm{d}d,\ "
-    r"w = s\,T_0",
+    equation=r"T = \frac{1}{2 s} \int_{-s}^{s} \max(T_0\,(1 + d) + k\,e,\ 0)\,\mathrm{d}d - T_0",
     citation="Pott 2018, Cable-Driven Parallel Robots",
     remedy="Tighten both belts until no section goes slack at the highest acceleration.",
     check="Pluck each free span while the machine accelerates or is pushed: one has no tone.",
