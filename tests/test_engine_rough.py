@@ -12,7 +12,15 @@ from engine_kit import DELAY, machine, problem, record, rich_motion, with_effect
 from corexy_fmi.engine.fitting.fit import Fit, minimise
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.retune import retune
-from corexy_fmi.engine.fitting.rough import PAYS, across, averaged, is_rough, softened, unstuck
+from corexy_fmi.engine.fitting.rough import (
+    LONG,
+    PAYS,
+    across,
+    averaged,
+    is_rough,
+    softened,
+    unstuck,
+)
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -108,6 +116,29 @@ def test_averaged_slopes_are_those_of_the_bowl() -> None:
     single, soft = fit.jacobian[:SAMPLES], softened(fit).jacobian[:SAMPLES]
     assert np.linalg.norm(single - SLOPES) > 3 * np.linalg.norm(SLOPES)
     assert np.linalg.norm(soft - SLOPES) < 0.3 * np.linalg.norm(SLOPES)
+
+
+@dataclass
+class Held(Bowl):
+    """A bowl whose first unknown cannot move."""
+
+    at: float = 0.0
+
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Far away, but of the first."""
+        low, high = super().limits()
+        low[0] = high[0] = self.at
+        return low, high
+
+
+def test_what_is_held_keeps_the_slope_that_it_has() -> None:
+    """No set moves it: a regression would find rounding, with the residual's shape."""
+    fit = ended(RIPPLE)
+    held = Held(RIPPLE, at=float(fit.u[0]))
+    soft = softened(replace(fit, problem=cast(Problem, held), slopes=None)).jacobian
+    _, known = held.linearised(fit.u, stretch=LONG)
+    assert np.array_equal(soft[:, 0], known[:, 0])
+    assert np.linalg.norm(soft[:SAMPLES, 1:] - SLOPES[:, 1:]) < 0.3 * np.linalg.norm(SLOPES)
 
 
 def test_a_fit_that_broke_down_stays_so() -> None:

@@ -158,14 +158,13 @@ def _regressed(problem: Problem, moves: Array, shown: Array, known: Array) -> Ar
     """Slopes (samples + size, size) of residuals ``shown`` (sets, samples + size) over moves (sets,
     size), beside a constant.
 
-    Each run's are regressed on what moves it; those of the priors are ``known``.
+    Each run's are regressed on what moves it; those of the priors are ``known``, and those of what
+    is held: regressed they are rounding, which holds the residual itself.
     """
-    slopes = np.zeros_like(known)
-    slopes[-problem.size :] = known[-problem.size :]
+    slopes, spread = known.copy(), moves.std(axis=0)
     for run, part in enumerate(problem.parts):
-        own = problem.moving(run)
-        spread = moves[:, own].std(axis=0)
-        scale = np.where(spread > 0, spread, 1.0)
+        own = np.array([k for k in problem.moving(run) if spread[k] > 0], dtype=int)
+        scale = spread[own]
         moved = np.column_stack([np.ones(len(moves)), moves[:, own] / scale])
         weights = np.linalg.pinv(moved)[1:] / scale[:, None]
         slopes.T[own, part] = weights @ shown[:, part]
