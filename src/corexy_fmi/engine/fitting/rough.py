@@ -163,7 +163,8 @@ def _regressed(problem: Problem, moves: Array, shown: Array, known: Array) -> Ar
     """
     slopes, spread = known.copy(), moves.std(axis=0)
     for run, part in enumerate(problem.parts):
-        own = np.array([k for k in problem.moving(run) if spread[k] > 0], dtype=int)
+        own = problem.moving(run)
+        own = own[spread[own] > 0]
         scale = spread[own]
         moved = np.column_stack([np.ones(len(moves)), moves[:, own] / scale])
         weights = np.linalg.pinv(moved)[1:] / scale[:, None]
