@@ -19,6 +19,12 @@ def fit(cost, left):
     return SimpleNamespace(cost=cost, left=left)
 
 
+def sought(uses, cost):
+    found = fit(cost, WHOLE)
+    found.problem = SimpleNamespace(hypothesis=SimpleNamespace(uses=uses))
+    return found
+
+
 @pytest.fixture
 def plain(monkeypatch):
     """Fits that tell what they leave, without a price for parameters."""
@@ -63,6 +69,35 @@ def test_what_is_begun_again(monkeypatch, gain, one, two, again):
     pair = fit(-gain, two)
     found = second._completed(fit(0.0, one), pair, fit(FIRST, REFUTED), map)
     assert found == ("shaken" if again else pair)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("alone", "stays"), [(-490.0, False), (-20.0, True)])
+def test_a_second_effect_that_led_the_first_one_out_is_not_its_pair(monkeypatch, alone, stays):
+    """A tight spot was stuck at 13 nats, gained 90 beside bristles that did nothing, and 92 from
+    where both had ended.
+    """
+    first, stuck = sought(("drag",), 0.0), sought(("spot",), 5.0)
+    both = sought(("spot", "bristles"), -500.0)
+    fits = [first, stuck, sought(("drag",), 10.0)]
+    began = []
+
+    def polished(one, two):
+        began.append((one, two))
+        return sought(("spot",), alone)
+
+    monkeypatch.setattr(second, "polished", polished)
+    found = second._paying([both], fits, fit(FIRST, REFUTED), map)
+    assert found == ([both] if stays else [])
+    assert began == [(stuck, both)]
+    assert [f.cost for f in fits] == [0.0, alone, 10.0]
+
+
+@pytest.mark.usefixtures("plain")
+def test_nothing_is_begun_again_for_a_pair_that_does_not_pay(monkeypatch):
+    monkeypatch.setattr(second, "polished", None)
+    fits = [sought(("drag",), 0.0), sought(("spot",), 5.0)]
+    assert second._paying([sought(("spot", "drag"), -20.0)], fits, fit(FIRST, REFUTED), map) == []
 
 
 @pytest.mark.long

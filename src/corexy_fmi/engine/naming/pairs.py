@@ -52,14 +52,40 @@ def pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper)
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
         found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
-    return [f for f in found if all(_pays(one, f, base) for one in _parts(f, fits))]
+    return _paying(found, fits, base, mapper)
+
+
+def _paying(found: list[Fit], fits: list[Fit], base: Fit, mapper: Mapper) -> list[Fit]:
+    """The pairs that pay, also over their parts begun again where they ended."""
+    paying = [f for f in found if _pays_over_parts(f, fits, base)]
+    for two in paying:
+        _begin_parts_again(two, fits, mapper)
+    return [f for f in paying if _pays_over_parts(f, fits, base)]
+
+
+def _begin_parts_again(two: Fit, fits: list[Fit], mapper: Mapper) -> None:
+    """Let those of ``fits`` that are either of a pair's effects alone begin where the pair ended: a
+    second effect may have done no more than lead the first one out of where it was stuck.
+    """
+    own = _singles(two, fits)
+    for one, again in zip(own, mapper(lambda one: polished(one, two), own), strict=True):
+        fits[fits.index(one)] = again
+
+
+def _pays_over_parts(two: Fit, fits: list[Fit], base: Fit) -> bool:
+    return all(_pays(one, two, base) for one in _parts(two, fits))
 
 
 def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
     """The best catalogued fit, and those of either of a pair's effects alone."""
     named = [f for f in fits if f.problem.hypothesis.uses]
+    return named[:1] + _singles(two, named)
+
+
+def _singles(two: Fit, fits: list[Fit]) -> list[Fit]:
+    """Fits of either of a pair's effects alone."""
     own = [(use,) for use in two.problem.hypothesis.uses]
-    return named[:1] + [f for f in named if f.problem.hypothesis.uses in own]
+    return [f for f in fits if f.problem.hypothesis.uses in own]
 
 
 def _pays(one: Fit, two: Fit, base: Fit) -> bool:
