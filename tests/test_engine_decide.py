@@ -19,12 +19,15 @@ def competition(chance, gain, law=None):
     return SimpleNamespace(best=entries[0], entries=entries, probability=(chance, 1 - chance))
 
 
-def proof(*gains, retuned=1.5, explained=1.0, contrasts=None):
-    """Held-out runs with these gains; those with and without differ by as much unless told."""
+def proof(*gains, retuned=1.5, explained=1.0, contrasts=None, moved=(1.5, 1.5)):
+    """Held-out runs with these gains; those with and without differ by as much unless told.
+    ``moved``: rms retuned and explained, as far as training lets parameters move.
+    """
     rms = {"retuned": retuned, "explained": explained}
     return SimpleNamespace(
         gains=lambda role: list(gains),
         pooled=lambda state, role: rms[state],
+        within_training=lambda state, role: moved[state == "explained"],
         contrasts=lambda role: [30.0 for _ in gains] if contrasts is None else list(contrasts),
     )
 
@@ -57,6 +60,34 @@ CASES = [
 def test_the_word(chance, gain, kept, word):
     assert TIED < SURE < SURELY
     assert decide(competition(chance, gain), kept).word == word
+
+
+@pytest.mark.parametrize(
+    ("chance", "gain", "kept", "word"),
+    [
+        (SURELY, 500.0, {"moved": (20.0, 1.05)}, "ambiguous"),
+        (SURELY, 500.0, {"moved": (20.0, 12.0)}, "ambiguous"),  # half of the excess goes
+        (SURELY, 500.0, {"moved": (20.0, 18.0)}, "unexplained"),
+        (SURELY, 500.0, {"moved": (float("nan"), float("nan"))}, "unexplained"),  # not foretold
+        (SURELY, 500.0, {"moved": (20.0, 1.05), "explained": 1.0}, "explained"),
+        (SURELY, 30.0, {"moved": (20.0, 1.05)}, "nothing_missing"),  # a false alarm, as likely
+        (TIED, 500.0, {"moved": (20.0, 1.05), "explained": 30.0}, "unexplained"),
+    ],
+)
+def test_a_sure_cause_of_another_size_is_no_explanation(chance, gain, kept, word):
+    """A supply's limit known to 1 % by training, and to 1e-4 by what was kept back."""
+    found = decide(
+        competition(chance, gain), proof(90.0, retuned=25.0, **{"explained": 22.5} | kept)
+    )
+    assert found.word == word
+    assert found.unsized == (word == "ambiguous")
+    assert found.classes == (((("first", "x"),),),) * found.unsized
+
+
+@pytest.mark.parametrize("gains", [(90.0, -0.5), (-25.0,), (1.5,)])
+def test_another_size_must_gain_on_every_recording(gains):
+    kept = proof(*gains, retuned=25.0, explained=22.5, moved=(20.0, 1.05))
+    assert decide(competition(SURELY, 500.0), kept).word == "unexplained"
 
 
 @pytest.mark.parametrize(("gain", "word"), [(-1.0, "unexplained"), (-25.0, "unexplained")])

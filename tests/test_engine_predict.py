@@ -14,7 +14,7 @@ from corexy_fmi.engine.data.samples import make_run
 from corexy_fmi.engine.fitting.fit import minimise
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
-from corexy_fmi.engine.judging.predict import _laplace, carried, predictive_cost
+from corexy_fmi.engine.judging.predict import _laplace, carried, foretell
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.recording import Recording
 
@@ -126,8 +126,9 @@ def test_a_wave_is_found_in_the_recording_kept_back_by_its_own_phase(phase: floa
     gains = []
     for there in (blown(phase, 2), blown(phase, 2, 0.0)):
         run = make_run(there, machine(), "holdout")
-        pair = [predictive_cost(f, run, first.noise[0]) for f in (retuned, fit)]
-        gains.append(pair[0] - pair[1])
+        pair = [foretell(f, run, first.noise[0]) for f in (retuned, fit)]
+        gains.append(pair[0].cost - pair[1].cost)
+        assert (pair[0].left > pair[1].left) == (gains[-1] > 0)
     assert gains[0] > 100
     assert gains[1] < -20
     there = carried(fit, make_run(blown(phase, 2), machine(), "holdout"), first.noise[0])
@@ -139,9 +140,9 @@ def test_cures_of_rough_ground_foretell_the_same_of_smooth(monkeypatch: pytest.M
     """They ask a posterior for all that they ask a problem for."""
     fit = fitted(problem(record(machine(), rich_motion(), "a.csv", seed=1), machine()))
     run = make_run(record(machine(), rich_motion(), "b.csv", seed=2), machine(), "holdout")
-    smooth = predictive_cost(fit, run, fit.problem.noise[0])
+    smooth = foretell(fit, run, fit.problem.noise[0]).cost
     monkeypatch.setattr("corexy_fmi.engine.fitting.rough.is_rough", lambda fit: True)
-    assert predictive_cost(fit, run, fit.problem.noise[0]) == pytest.approx(smooth, abs=1.0)
+    assert foretell(fit, run, fit.problem.noise[0]).cost == pytest.approx(smooth, abs=1.0)
 
 
 def test_unknowns_of_the_run_begin_where_they_were_fitted() -> None:

@@ -36,7 +36,16 @@ from corexy_fmi.engine.places.imposed import courses
 from corexy_fmi.engine.places.probe_laws import WAVES, play
 from corexy_fmi.engine.places.probes import Probe
 from corexy_fmi.engine.places.responses import moved
-from corexy_fmi.engine.places.site import AMISS, PART, Site, beside, elsewhere, shared, sites
+from corexy_fmi.engine.places.site import (
+    AMISS,
+    PART,
+    Site,
+    _probable,
+    beside,
+    elsewhere,
+    shared,
+    sites,
+)
 from corexy_fmi.engine.places.spots import best_law
 from corexy_fmi.engine.places.swings import swing
 from corexy_fmi.engine.places.view import plain
@@ -260,6 +269,16 @@ def test_a_law_far_better_than_all_places_keeps_its_own():
     verdict = said("unexplained", "x", gain=300.0)
     assert Verdict("unexplained", verdict.entry, sites=(Site("y", 100.0),)).site is None
     assert Verdict("unexplained", verdict.entry, sites=(Site("y", 200.0),)).site is not None
+
+
+@pytest.mark.parametrize(("ahead", "place"), [(2.4, "y"), (8.0, "y"), (10.0, "sensor")])
+def test_a_law_keeps_its_place_unless_another_is_surely_better(ahead, place):
+    """A struck cable along y, 389 nats there, and 392 at the sensor."""
+    own = Site("y", 389.0, "position", "a spring")
+    found = _probable([own, Site("sensor", 389.0 + ahead, "position", "y off by y")])
+    entry = said("unexplained", "y", gain=372.0).entry
+    entry.hypothesis.law = object()
+    assert Verdict("unexplained", entry, sites=tuple(found)).site.location == place
 
 
 def test_play_follows_within_its_width():

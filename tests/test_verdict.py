@@ -54,6 +54,15 @@ def test_every_verdict_has_its_sentence(capsys, verdict, words):
     assert words in shown(capsys, verdict=verdict, effects=[])
 
 
+def test_a_cause_whose_size_is_not_sure_stands_against_nothing(capsys):
+    cause = {"name": "backlash", "location": "motor1"}
+    effect = cause | {"size_is_sure": False, "probability": 0.97, "parameters": {}}
+    screen = shown(capsys, verdict="ambiguous", ambiguous_between=[[cause]], effects=[effect])
+    assert "its size is not" in screen
+    assert "backlash" in screen
+    assert "told apart" not in screen
+
+
 def test_what_cannot_be_told_apart(capsys):
     group = [{"name": name, "location": "sensor"} for name in ("sensor_delay", "sensor_lag")]
     screen = shown(capsys, verdict="ambiguous", ambiguous_between=[group])

@@ -14,10 +14,14 @@ from corexy_fmi.commands.screen import cells, console
 COLOURS = {"explained": "green", "nothing_missing": "green", "ambiguous": "yellow"}
 WORDS = {
     "explained": "explained: the physics that the model lacks is named, and held-out data agree",
-    "ambiguous": "ambiguous: something is missing, and more than one cause explains it as well",
+    "ambiguous": "ambiguous: something is missing, and more than one cause, or size, explains it",
     "unexplained": "unexplained: something is missing that no catalogued effect explains",
     "nothing_missing": "nothing missing: after retuning the rest is noise",
 }
+UNSIZED = (
+    "the cause is sure, its size is not: the data kept back show another one; fit them too, and "
+    "keep another recording back"
+)
 
 
 def show_verdict(document: Mapping[str, Any]) -> None:
@@ -40,7 +44,10 @@ def show_verdict(document: Mapping[str, Any]) -> None:
         screen.print(f"{document['located']['coordinate']}: {told[0]}", markup=False)
     elif document["effects"]:
         screen.print(_effects(document["effects"]))
-    for group in equals(document):
+    unsized = any(e.get("size_is_sure") is False for e in document["effects"])
+    if unsized:
+        screen.print(UNSIZED, style="yellow")
+    for group in [] if unsized else equals(document):
         members = " or ".join(map(_member, group))
         screen.print(f"cannot be told apart: {members}", markup=False)
     screen.print(_proof(document["heldout"]))

@@ -20,9 +20,10 @@ from corexy_fmi.files import write_beside
 from corexy_fmi.report import charts, tables
 from corexy_fmi.report.equation import typeset
 from corexy_fmi.report.gallery import make_gallery
-from corexy_fmi.report.lead import classes, make_lead, seen
+from corexy_fmi.report.lead import classes, make_lead
 from corexy_fmi.report.notices import make_notices
 from corexy_fmi.report.quantities import number, percent
+from corexy_fmi.report.sentences import seen
 from corexy_fmi.report.viewer import make_view
 from corexy_fmi.report.words import STATES, cause, sentence, tied
 

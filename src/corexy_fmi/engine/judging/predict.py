@@ -33,19 +33,31 @@ PHASES = 8  # of a wave, from which its phase in one recording begins
 TOGETHER = 32  # starts in memory at once
 
 
-def predictive_cost(fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit | None = None) -> float:
-    """Minus the log of the predictive likelihood [nats] of a run, up to what all fits share.
+@dataclass(frozen=True)
+class Foretold:
+    """What a fit foretold of a run: minus the log of its predictive likelihood ``cost`` [nats], up
+    to what all fits share, and the mean square ``left`` of its whitened errors with the parameters
+    where it wants them, as far as training lets them move.
+    """
+
+    cost: float
+    left: float
+
+
+def foretell(fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit | None = None) -> Foretold:
+    """How well a fit foretells a run.
 
     ``own`` is the fit of the run's own nuisances with the parameters of ``fit`` held.
     """
-    return _foretold(fit, run, noise, own)[0]
+    cost, there = _foretold(fit, run, noise, own)
+    return Foretold(cost, float(np.mean(there.residual[: run.count] ** 2)))
 
 
 def carried(fit: Fit, run: Run, noise: tuple[Noise, ...]) -> Fit:
     """The fit's parameters on another run, with what belongs to that alone as found there."""
     problem = replace(fit.problem, runs=(run,), noise=(noise,))
     known = dict(zip(fit.problem.keys, fit.u, strict=True))
-    there = zip(problem.keys, _foretold(fit, run, noise)[1], strict=True)
+    there = zip(problem.keys, _foretold(fit, run, noise)[1].u, strict=True)
     u = np.array([known.get(key, value) for key, value in there])
     residual = problem.residual(u[None])[0]
     return Fit(problem, u, float(costs(residual[None])[0]), residual)
@@ -53,7 +65,7 @@ def carried(fit: Fit, run: Run, noise: tuple[Noise, ...]) -> Fit:
 
 def _foretold(
     fit: Fit, run: Run, noise: tuple[Noise, ...], own: Fit | None = None
-) -> tuple[float, Array]:
+) -> tuple[float, Fit]:
     problem = replace(fit.problem, runs=(run,), noise=(noise,))
     known = dict(zip(fit.problem.keys, fit.u, strict=True))
     known |= dict(zip(own.problem.keys, own.u, strict=True)) if own else {}
@@ -170,9 +182,9 @@ def _precision(fit: Fit, problem: Problem) -> Array:
     return np.asarray(found)
 
 
-def _laplace(problem: Problem, begin: Array, precision: Array) -> tuple[float, Array]:
+def _laplace(problem: Problem, begin: Array, precision: Array) -> tuple[float, Fit]:
     """Cost at the best parameters near, and half the log of how much the volume of those that
-    training knows shrinks; with those parameters (size,).
+    training knows shrinks; with the fit there.
     """
     centre = begin.copy()
     centre[len(problem.unknowns) :] = 0.0
@@ -181,12 +193,12 @@ def _laplace(problem: Problem, begin: Array, precision: Array) -> tuple[float, A
     posterior = _Posterior(problem, centre, np.asarray(root))
     fit = softened(unstuck(minimise(cast(Problem, posterior), begin, ROUNDS)))
     if not np.isfinite(fit.cost):
-        return float("inf"), fit.u
+        return float("inf"), fit
     normal = fit.jacobian.T @ fit.jacobian
     own = np.zeros(problem.size, dtype=bool)
     own[: len(problem.unknowns)] = [x.run is not None for x in problem.unknowns]
     shrunk = _volume(normal) - _volume(normal[np.ix_(own, own)])
-    return fit.cost + 0.5 * (shrunk - _volume(precision[np.ix_(~own, ~own)])), fit.u
+    return fit.cost + 0.5 * (shrunk - _volume(precision[np.ix_(~own, ~own)])), fit
 
 
 def _volume(matrix: Array) -> float:

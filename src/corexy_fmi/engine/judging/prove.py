@@ -12,7 +12,7 @@ from corexy_fmi.engine.fitting.clock import start
 from corexy_fmi.engine.fitting.fit import Fit, minimise
 from corexy_fmi.engine.fitting.noise import Noise
 from corexy_fmi.engine.fitting.problem import Problem
-from corexy_fmi.engine.judging.predict import predictive_cost
+from corexy_fmi.engine.judging.predict import Foretold, foretell
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -98,13 +98,13 @@ def channel_noise(
 class Proof:
     """Replays of the three machines on every run, in the order of the runs.
 
-    ``foretold`` holds predictive costs [nats] by state and run, where a fit could foretell it.
+    ``foretold`` holds what fits foretell, by state and run, where they could.
     """
 
     runs: tuple[Run, ...]
     replays: dict[str, tuple[Replay, ...]]
     noise_std: tuple[tuple[float, ...], ...]
-    foretold: Mapping[tuple[str, int], float] = field(default_factory=dict)
+    foretold: Mapping[tuple[str, int], Foretold] = field(default_factory=dict)
 
     def pooled(self, state: str, role: str) -> float:
         """Rms over all position samples of a role, each channel relative to its noise."""
@@ -136,7 +136,18 @@ class Proof:
         return 0.5 * float(np.sum((one - other) ** 2))
 
     def _cost(self, state: str, run: int) -> float:
-        return self.foretold.get((state, run), self.replays[state][run].cost)
+        told = self.foretold.get((state, run))
+        return told.cost if told else self.replays[state][run].cost
+
+    def within_training(self, state: str, role: str) -> float:
+        """Rms of whitened errors over a role's recordings, with parameters where each wants them,
+        as far as training lets them move; NaN where one of them was not foretold.
+        """
+        chosen = [r for r, run in enumerate(self.runs) if run.role == role]
+        if not chosen or any((state, r) not in self.foretold for r in chosen):
+            return float("nan")
+        left = [self.foretold[state, r].left for r in chosen]
+        return float(np.sqrt(np.average(left, weights=[self.runs[r].count for r in chosen])))
 
 
 def prove(
@@ -170,7 +181,7 @@ def prove(
     }
     std = tuple(tuple(n.marginal for n in model) for model in models)
     foretold = {
-        (state, r): predictive_cost(fit, run, models[r], replays[state][r].fit)
+        (state, r): foretell(fit, run, models[r], replays[state][r].fit)
         for state, fit in (fits or {}).items()
         for r, run in enumerate(runs)
         if run.role == "holdout"
