@@ -19,6 +19,7 @@ from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.aliases import sines_alike
+from corexy_fmi.engine.naming.matched import matched
 from corexy_fmi.engine.naming.pulses import EFFECT
 from corexy_fmi.kernel.call import Array
 
@@ -49,7 +50,7 @@ def _train(sine: Fit, mapper: Mapper) -> Fit:
     placed = list(mapper(lambda pair: _placed(shaped, sine, reach, *pair), pairs))
     best = sorted(placed, key=lambda found: found[0])[:TRIED]
     fitted = mapper(lambda found: minimise(shaped, found[1], LONG), best)
-    return settle(min(fitted, key=lambda fit: fit.cost))
+    return settle(matched(min(fitted, key=lambda fit: fit.cost), mapper))
 
 
 def alone(fit: Fit) -> Fit:
