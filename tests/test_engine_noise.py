@@ -263,6 +263,38 @@ def test_of_pairs_of_spikes_in_white_noise_most_are_seen_and_nothing_else():
     assert (found & bad).sum() > 0.9 * bad.sum()
 
 
+def found_in(count, change):
+    """Spikes in so many rows of white noise that were changed, as lists of places."""
+    for seed in range(count):
+        errors = np.random.default_rng(seed).normal(size=100)
+        yield np.flatnonzero(spikes(change(errors), clock(100))).tolist()
+
+
+@pytest.mark.parametrize("at", [0, 1, 98, 99])
+def test_a_spike_at_an_end_is_seen(at):
+    """One of 14 deviations, last but one, was named as lost steps in the last milliseconds."""
+    assert not any(found_in(200, lambda errors: errors))
+    found = list(found_in(200, lambda errors: errors + 14.0 * (np.arange(100) == at)))
+    assert all(some in ([], [at]) for some in found)
+    assert sum(map(len, found)) > 0.9 * len(found)
+
+
+@pytest.mark.parametrize("last", [2, 3, 50])
+@pytest.mark.parametrize("size", [10.0, 20.0, 1000.0])
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_step_near_an_end_is_none(last, size, way):
+    """No more often than far from it."""
+    step = (size * (np.arange(100) >= 100 - last))[::way]
+    assert sum(map(bool, found_in(200, lambda errors: errors + step))) <= 0.05 * 200
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_what_rings_at_an_end_is_no_spike(way):
+    swing = np.exp(-np.arange(100)[::-1] / 20) * np.sin(0.5 * np.arange(100))
+    for size in (5.0, 50.0, 1000.0):
+        assert not any(found_in(50, lambda errors, size=size: errors + size * swing[::way]))
+
+
 @pytest.mark.parametrize("second", [10.0, -10.0])
 @pytest.mark.parametrize("apart", [1, 2, 3])
 @pytest.mark.parametrize("gap", [0.0, 0.1])

@@ -20,6 +20,8 @@ MATES = (  # how far two spikes are apart, and the samples around the later and 
     (1, (-3, -2, 1, 2), (-2, -1, 2, 3)),
     (2, (-3, -1, 1, 2), (-2, -1, 1, 3)),
 )
+BEYOND, NEAR = 2, 5  # samples thought behind an end; of which they have the median
+LOCAL = 16  # samples whose spread counts at an end, where it is larger
 MANY = 0.02  # share of samples above which they are no spikes
 
 
@@ -27,16 +29,39 @@ def spikes(errors: Array, time: Array, step: float = 0.0) -> np.ndarray:
     """True (m,) where an error stands alone: far off the line between its neighbours, and off the
     course of both sides, all by the samples' time (m,); or where two do so without each other, one
     sample apart, or side by side on either side of the course.  A step, a kink or a peak of several
-    samples is physics.  What is within two ``step`` of the sensor may be its rounding.
+    samples is physics.  What is within two ``step`` of the sensor may be its rounding.  Beyond
+    both ends the course is thought to go on as the median of the last few samples.
     """
     if len(errors) < 5:
         return np.zeros(len(errors), dtype=bool)
     inner = np.arange(1, len(errors) - 1)
     off = errors[inner] - _line(errors, time, inner - 1, inner + 1, inner)
-    spread = float(np.median(np.abs(off))) / 0.6745
-    if not spread > 0:
+    if not _spread(off) > 0:
         return np.zeros(len(errors), dtype=bool)
-    least = max(FAR * spread, ROUNDING * step)
+    least = np.full(len(errors) + 2 * BEYOND, _spread(off))
+    for end, part in ((slice(2 * BEYOND), off[:LOCAL]), (slice(-2 * BEYOND, None), off[-LOCAL:])):
+        least[end] = max(_spread(off), _spread(part))
+    found = _standing(*_continued(errors, time), np.maximum(FAR * least, ROUNDING * step))
+    return found[BEYOND:-BEYOND]
+
+
+def _spread(off: Array) -> float:
+    """Robust standard deviation of values around zero."""
+    return float(np.median(np.abs(off))) / 0.6745
+
+
+def _continued(errors: Array, time: Array) -> tuple[Array, Array]:
+    """Errors and time with samples before and behind, on a level with the median near."""
+    first, last = (np.full(BEYOND, np.median(part)) for part in (errors[:NEAR], errors[-NEAR:]))
+    ahead = np.median(np.diff(time)) * np.arange(1, BEYOND + 1)
+    return (
+        np.concatenate([first, errors, last]),
+        np.concatenate([time[0] - ahead[::-1], time, time[-1] + ahead]),
+    )
+
+
+def _standing(errors: Array, time: Array, least: Array) -> np.ndarray:
+    """True (m,) where an error stands alone, or two do, by more than ``least`` (m,)."""
     found = _alone(errors, time, (-2, -1, 1, 2), least) != 0
     for apart, late, early in MATES:
         later, earlier = (_alone(errors, time, around, least) for around in (late, early))
@@ -47,7 +72,7 @@ def spikes(errors: Array, time: Array, step: float = 0.0) -> np.ndarray:
     return found
 
 
-def _alone(errors: Array, time: Array, around: Sequence[int], least: float) -> Array:
+def _alone(errors: Array, time: Array, around: Sequence[int], least: Array) -> Array:
     """How far (m,) an error that stands alone is off the line between its neighbours, 0 where none
     does, given where the two samples on either side are.  Two samples foretell less of a third
     than its neighbours do, so less is asked of those.
@@ -61,7 +86,7 @@ def _alone(errors: Array, time: Array, around: Sequence[int], least: float) -> A
         ]
     )
     far = np.abs(off[0])
-    alone = far > least
+    alone = far > least[places]
     for a, b, at in ((before, places, left), (places, after, right)):  # a spike draws these, too
         alone &= far >= np.abs(errors[at] - _line(errors, time, a, b, at))
     alone &= np.abs(off[1:]).min(axis=0) > OFF * far
