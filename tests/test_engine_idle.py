@@ -46,6 +46,23 @@ def test_a_torque_that_shows_is_not_idle():
     assert not idle(standing(uses, torque=0.05, cogs=True), THRESHOLD)
 
 
+@pytest.mark.parametrize(("stiffness", "rigid"), [(5.8e6, True), (2e4, False)])
+def test_bristles_as_stiff_as_their_range_allows_are_idle(stiffness, rigid):
+    """No stiffer ones can be asked what they gain; none at all can."""
+    bristles, spot = ("presliding_hysteresis", "y"), ("friction_vs_position", "y")
+    tight, values = {"extra": 0.5, "center": 0.0, "width": 5e-3}, {"stiffness": stiffness}
+    truth = [EffectUse(*spot, tight), EffectUse(*bristles, values)]
+    shown = record(with_effects(machine("yin2018"), *truth), short_motion(), noise=2e-6)
+    chosen = problem(shown, machine("yin2018"), [spot, bristles], 2e-6)
+    u = np.zeros(chosen.size)
+    for k, unknown in enumerate(chosen.unknowns):
+        name = unknown.key.split(".")[-1]
+        u[k] = unknown.internal((tight | values)[name]) if name in tight | values else 0.0
+    residual = chosen.residual(u[None])[0]
+    fit = Fit(chosen, u, float(costs(residual[None])[0]) + chosen.log_scale(), residual)
+    assert idle(fit, THRESHOLD) == rigid
+
+
 def test_effects_of_friction_get_a_short_fit_however_little_one_step_tells():
     base = fitted(problem(record(machine(), short_motion()), machine()))
     leads = screen(base, hypotheses(base.problem, base.u, frozenset()))

@@ -6,7 +6,11 @@ torque, that soft field alone.  Such a fit is as good as the smaller one's, and 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from corexy_fmi.engine.fitting.fit import Fit, costs
+from corexy_fmi.engine.fitting.problem import Problem
+from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
 FAINT, FAINT_ENOUGH = 1e-3, 0.1  # of the effect; share that bounds may leave of it
@@ -18,7 +22,9 @@ def idle(fit: Fit, least: float) -> bool:
 
 
 def _loss(fit: Fit, instance: Instance) -> float:
-    """What the fit loses [nats] where an effect's sizes go to a thousandth of their effect."""
+    """What the fit loses [nats] where an effect's sizes go to a thousandth of their effect; where
+    bounds do not let them, without it.
+    """
     u, head = fit.u.copy(), f"{instance.effect.name}.{instance.location}."
     sizes = {head + p.name: p for p in instance.effect.sizes}
     for k, unknown in enumerate(fit.problem.unknowns):
@@ -29,8 +35,23 @@ def _loss(fit: Fit, instance: Instance) -> float:
         faint = value * FAINT**p.scaling if p.log else p.neutral + FAINT * (value - p.neutral)
         u[k] = unknown.internal(faint)
         if not _is_faint(value, float(unknown.value(u[k])), p.neutral, p.scaling):
-            return float("inf")
-    found = fit.problem.residual(u[None])
+            return _cost_more(fit, *_without(fit, instance))
+    return _cost_more(fit, fit.problem, u)
+
+
+def _without(fit: Fit, instance: Instance) -> tuple[Problem, Array]:
+    """The fit's problem and unknowns (size,) without an effect: bristles almost as stiff as their
+    range allows are rigid already.
+    """
+    said = fit.problem.hypothesis
+    uses = tuple(use for use in said.uses if use is not instance)
+    problem = replace(fit.problem, hypothesis=replace(said, uses=uses))
+    return problem, problem.carried(fit.problem, fit.u)
+
+
+def _cost_more(fit: Fit, problem: Problem, u: Array) -> float:
+    """What unknowns of a problem cost more [nats] than the fit."""
+    found = problem.residual(u[None])
     return float(costs(found)[0]) - 0.5 * float(fit.residual @ fit.residual)
 
 
