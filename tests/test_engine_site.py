@@ -33,7 +33,7 @@ from corexy_fmi.engine.naming.specification import LEAST, Leftover
 from corexy_fmi.engine.places import responses
 from corexy_fmi.engine.places.choice import Choice
 from corexy_fmi.engine.places.imposed import courses
-from corexy_fmi.engine.places.probe_laws import WAVES, play
+from corexy_fmi.engine.places.probe_laws import WAVES, Motion, of_belt, play
 from corexy_fmi.engine.places.probes import Probe
 from corexy_fmi.engine.places.responses import moved
 from corexy_fmi.engine.places.site import (
@@ -64,6 +64,8 @@ PLANTED = [
      "motor_angle"),
     (MISMATCH, "belts", "load"),
     (EffectUse("belt_relaxation", "belts", {"ratio": 0.2, "time_constant": 0.3}), "belts", "load"),
+    (EffectUse("belt_stiffness_vs_position", "belts", {"strength": 0.3, "parallel": 1.0}), "belts",
+     "load"),
     (DELAY, "sensor", "speed"),
     (EffectUse("axis_skew", "sensor", {"angle": 4e-3}), "sensor", "position"),
     (EffectUse("tool_mode", "tool", {"mass": 0.02, "frequency": 25.0, "damping_ratio": 0.05}),
@@ -279,6 +281,19 @@ def test_a_law_keeps_its_place_unless_another_is_surely_better(ahead, place):
     entry = said("unexplained", "y", gain=372.0).entry
     entry.hypothesis.law = object()
     assert Verdict("unexplained", entry, sites=tuple(found)).site.location == place
+
+
+def test_a_section_that_grows_short_is_spanned():
+    """Its share of the stretch goes with one over its length, and no line does near an end."""
+    time = np.linspace(0, 10, 2000)
+    place, pull = 0.15 * np.sin(time), np.sin(7 * time)
+    motion = Motion(time, {"x": 0 * time, "y": place}, {}, (pull, pull), {})
+    wanted = pull / (0.17 - place)
+    laws = [v[0] for _, word, v in of_belt([motion], 0) if word in ("pull", "pull by position y")]
+    for some, share in ((laws[:2], 0.4), (laws, 0.1)):
+        found = np.linalg.lstsq(np.transpose(some), wanted, rcond=None)[0]
+        left = np.std(wanted - found @ some) / np.std(wanted)
+        assert (left < share) == (len(some) > 2), left
 
 
 def test_play_follows_within_its_width():
