@@ -43,8 +43,10 @@ def tied():
     return base, entries
 
 
-def test_the_quieter_of_two_tied_causes_tells_the_noise():
+@pytest.mark.parametrize("gains", [(60.0, 50.0), (345.0, 259.0)], ids=["tied", "by a share"])
+def test_the_quieter_of_two_tied_causes_tells_the_noise(gains):
     base, entries = tied()
+    entries = [replace(e, gain=g) for e, g in zip(entries, gains, strict=True)]
     assert size(entries[0].fit) > 3 * size(entries[1].fit)
     retuned, judged = under_one_noise(base, entries, map)
     assert [e.hypothesis.uses[0].effect.name for e in judged] == [
