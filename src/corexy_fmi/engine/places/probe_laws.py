@@ -163,8 +163,8 @@ def of_belt(runs: list[Motion], belt: int) -> Iterator[Function]:
     yield "load", "rate of the pull", [np.gradient(d, t) for d, t in drawn]
     for axis in ("x", "y"):
         places = [m.place[axis] for m in runs]
-        for course in (places, *_hats(places, _range(places, PLACE_KNOTS))):
-            by_place = [d * c for (d, _), c in zip(drawn, course, strict=True)]
+        for power in (1, 2, 3):
+            by_place = [d * p**power for (d, _), p in zip(drawn, places, strict=True)]
             yield "load", f"pull by position {axis}", by_place
     for creep in CREEPS:
         yield "load", "pull of a while ago", [_late(d, t, creep) for d, t in drawn]
