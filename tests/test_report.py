@@ -151,16 +151,6 @@ def test_ambiguous_names_the_class_and_the_next_experiment():
     assert "Run the program next.csv." in text
 
 
-def test_a_sure_cause_of_unsure_size_is_told_alone():
-    document = make_document("ambiguous")
-    document["ambiguous_between"] = [document["ambiguous_between"][0][:1]]
-    document["effects"][0]["size_is_sure"] = False
-    text = shown(document, make_evidence("ambiguous", SMALL)).text
-    assert "was left out of the simulation; how large it is remains open." in text
-    assert "keep another recording back" in text
-    assert "cannot tell apart" not in text
-
-
 def test_ambiguous_knows_combinations_lone_members_and_many():
     document = make_document("ambiguous")
     a, b = document["ambiguous_between"][0]

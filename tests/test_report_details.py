@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from corexy_fmi.effects import catalogue
+from corexy_fmi.report import render_report
 from corexy_fmi.report.charts import marked_parts
 from corexy_fmi.report.decimate import envelope, log_bins, outline, rms_per_cell
 from corexy_fmi.report.equation import typeset
 from corexy_fmi.report.quantities import number, percent, quantity, with_interval
 from corexy_fmi.report.tables import not_excluded, parameters, sites, words
 from corexy_fmi.report.words import cause, place
-from tests.report_cases import make_document
+from tests.report_cases import make_document, make_evidence
 
 
 @pytest.mark.parametrize("name", sorted(catalogue()))
@@ -137,3 +138,13 @@ def test_the_bound_of_an_inverse_is_told_as_the_least_of_the_thing_itself():
     )
     document["not_excluded"] = [soft | {"upper95": 0.0}]
     assert not_excluded(document).rows[0][1] == "1/mass"
+
+
+def test_a_sure_cause_of_unsure_size_is_told_alone():
+    document = make_document("ambiguous")
+    document["ambiguous_between"] = [document["ambiguous_between"][0][:1]]
+    document["effects"][0]["size_is_sure"] = False
+    page = render_report(document, make_evidence("ambiguous", 500))
+    assert "was left out of the simulation; how large it is remains open." in page
+    assert "keep another recording back" in page
+    assert "cannot tell apart" not in page

@@ -28,7 +28,7 @@ def show_verdict(document: Mapping[str, Any]) -> None:
     """Verdict, what is wrong with the recordings, causes and held-out proof; the surrogate's
     assumption first.
     """
-    from corexy_fmi.engine.telling.classes import equals
+    from corexy_fmi.engine.telling.classes import equals, unsized
 
     screen = console()
     verdict = str(document["verdict"])
@@ -44,10 +44,10 @@ def show_verdict(document: Mapping[str, Any]) -> None:
         screen.print(f"{document['located']['coordinate']}: {told[0]}", markup=False)
     elif document["effects"]:
         screen.print(_effects(document["effects"]))
-    unsized = any(e.get("size_is_sure") is False for e in document["effects"])
-    if unsized:
+    alone = unsized(document)
+    if alone:
         screen.print(UNSIZED, style="yellow")
-    for group in [] if unsized else equals(document):
+    for group in [] if alone else equals(document):
         members = " or ".join(map(_member, group))
         screen.print(f"cannot be told apart: {members}", markup=False)
     screen.print(_proof(document["heldout"]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from corexy_fmi.engine.evidence import Evidence
-from corexy_fmi.engine.telling.classes import equals
+from corexy_fmi.engine.telling.classes import equals, unsized
 from corexy_fmi.report.notices import above_noise
 from corexy_fmi.report.quantities import millimetres, percent, quantity
 from corexy_fmi.report.sentences import (
@@ -17,7 +17,6 @@ from corexy_fmi.report.sentences import (
     known,
     next_experiment,
     remedies,
-    unsized,
     worth_telling,
 )
 from corexy_fmi.report.units import heldout_unit

@@ -28,11 +28,6 @@ class Action:
     check: str = ""
 
 
-def unsized(document: Document) -> bool:
-    """Whether a cause is sure, but not its size."""
-    return any(e.get("size_is_sure") is False for e in document.get("effects") or [])
-
-
 def remedies(document: Document, before: str = "") -> list[Action]:
     """What to do about each effect, and how to confirm it."""
     effects = document.get("effects") or []

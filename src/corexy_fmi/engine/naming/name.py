@@ -78,7 +78,10 @@ def _softened(entries: list[Entry]) -> list[Entry]:
 
 def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
     """Fits that something is explained by, and hardly less than by the best of them."""
-    least = min(rank(fits[0]) + margin(base, fits[0]), base.cost - THRESHOLD) if fits else 0.0
+    if not fits:
+        return []
+    first = rank(fits[0])
+    least = min(first + margin(base.cost - first), base.cost - THRESHOLD)
     return [f for f in fits if rank(f) < least]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise
 from corexy_fmi.engine.fitting.quiet import LOUDER
 from corexy_fmi.engine.naming.entries import THRESHOLD, Entry, entry_of
-from corexy_fmi.engine.naming.search import CLOSE, CLOSE_SHARE, LONG, PLAIN
+from corexy_fmi.engine.naming.search import LONG, PLAIN, margin
 
 
 def under_one_noise(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fit, list[Entry]]:
@@ -23,7 +23,7 @@ def under_one_noise(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fi
     that another noise may put first (`search.margin`), where another of those is louder than noise
     may differ; as they are anywhere else.
     """
-    least = max(entries[0].gain * (1 - CLOSE_SHARE) - CLOSE, THRESHOLD) if entries else 0.0
+    least = max(entries[0].gain - margin(entries[0].gain), THRESHOLD) if entries else 0.0
     near = [e.fit for e in entries if e.gain > least]
     if len(near) < 2 or max(map(_size, near)) < LOUDER * min(map(_size, near)):
         return base, entries

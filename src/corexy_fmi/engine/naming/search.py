@@ -121,16 +121,18 @@ def search(
         shorts = _shorts(leads, mapper, ahead)
         going = _contenders(start, shorts[:finalists])
         ended = sorted(mapper(long_fit, going), key=rank)
-        close = [f for f in ended if rank(f) - rank(ended[0]) < margin(start, ended[0])]
+        close = [f for f in ended if rank(f) - rank(ended[0]) < margin(start.cost - rank(ended[0]))]
         finals += close
         rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
     settled = sorted(mapper(settle, _once(finals)), key=rank)
     return settled + rest
 
 
-def margin(start: Fit, best: Fit) -> float:
-    """Nats behind the best fit within which the noise of its own may still put another first."""
-    return CLOSE + CLOSE_SHARE * max(start.cost - rank(best), 0.0)
+def margin(gain: float) -> float:
+    """Nats behind a best fit of this gain [nats] within which the noise of its own may still put
+    another first.
+    """
+    return CLOSE + CLOSE_SHARE * max(gain, 0.0)
 
 
 def _once(finals: list[Fit]) -> list[Fit]:

@@ -34,5 +34,10 @@ def equals(document: Mapping[str, Any]) -> list[list[list[Mapping[str, Any]]]]:
     return [[m if isinstance(m, list) else [m] for m in group] for group in told]
 
 
+def unsized(document: Mapping[str, Any]) -> bool:
+    """Whether a cause is sure, but not its size: its class then stands against nothing."""
+    return any(e.get("size_is_sure") is False for e in document.get("effects") or [])
+
+
 def _table(pair: tuple[str, str]) -> dict[str, str]:
     return {"name": pair[0], "location": pair[1]}

@@ -68,20 +68,16 @@ def _effect(
     instance: Instance, fit: Fit, competition: Competition, verdict: Verdict, further: Further
 ) -> dict[str, Any]:
     effect, key = instance.effect, (instance.effect.name, instance.location)
-    unsized = {"size_is_sure": False} if verdict.unsized else {}
-    return (
-        _member(key)
-        | unsized
-        | {
-            "probability": competition.share(key),
-            "parameters": effect_table(fit, *key, covariance(fit), further),
-            "alternatives": _alternatives(competition, verdict, key),
-            "equation": effect.equation,
-            "citation": effect.citation,
-            "remedy": effect.remedy,
-            "check": effect.check,
-        }
-    )
+    entry = _member(key) | {
+        "probability": competition.share(key),
+        "parameters": effect_table(fit, *key, covariance(fit), further),
+        "alternatives": _alternatives(competition, verdict, key),
+        "equation": effect.equation,
+        "citation": effect.citation,
+        "remedy": effect.remedy,
+        "check": effect.check,
+    }
+    return entry | ({"size_is_sure": False} if verdict.unsized else {})
 
 
 def whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
