@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from textwrap import fill
 
-from benchmarks.concealed import seeds
+from benchmarks.concealed import others, seeds
 from benchmarks.concealed.calibration import section
 from benchmarks.concealed.cases import published
 from benchmarks.concealed.distances import Entry, overstated, removal
@@ -197,6 +197,7 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         "",
         *(full(now) if now else []),
         *(again(anew) if (anew := run_of(AGAIN)) else []),
+        *others.section(),
         *settled(),
         *seeds.section(),
         *seeds.section(seeds.LATER),
