@@ -87,7 +87,7 @@ def test_a_second_effect_that_led_the_first_one_out_is_not_its_pair(monkeypatch,
         return sought(("spot",), alone)
 
     monkeypatch.setattr(second, "polished", polished)
-    found = second._paying([both], fits, fit(FIRST, REFUTED), map)
+    found = second.paying([both], fits, fit(FIRST, REFUTED), map)
     assert found == ([both] if stays else [])
     assert began == [(stuck, both)]
     assert [f.cost for f in fits] == [0.0, alone, 10.0]
@@ -97,7 +97,7 @@ def test_a_second_effect_that_led_the_first_one_out_is_not_its_pair(monkeypatch,
 def test_nothing_is_begun_again_for_a_pair_that_does_not_pay(monkeypatch):
     monkeypatch.setattr(second, "polished", None)
     fits = [sought(("drag",), 0.0), sought(("spot",), 5.0)]
-    assert second._paying([sought(("spot", "drag"), -20.0)], fits, fit(FIRST, REFUTED), map) == []
+    assert second.paying([sought(("spot", "drag"), -20.0)], fits, fit(FIRST, REFUTED), map) == []
 
 
 @pytest.mark.long

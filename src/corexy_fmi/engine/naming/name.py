@@ -33,10 +33,11 @@ from corexy_fmi.engine.naming.entries import (
     without_idle,
 )
 from corexy_fmi.engine.naming.forms import at_forms
+from corexy_fmi.engine.naming.jointly import jointly
 from corexy_fmi.engine.naming.kindred import kindred, with_kindred
 from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.engine.naming.overtones import overtone_fits
-from corexy_fmi.engine.naming.pairs import pairs
+from corexy_fmi.engine.naming.pairs import pairs, paying
 from corexy_fmi.engine.naming.pulses import pulse_fits
 from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, rank, search
 from corexy_fmi.engine.naming.whole import with_whole_counts
@@ -105,7 +106,9 @@ def compete(
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")
-    entries = joined(base, [], [*pairs(base, fits, singles, mapper), *fits])
+    sets = pairs(base, fits, singles, mapper)
+    sets += paying(jointly(base, [*sets, *fits], singles, mapper), fits, base, mapper)
+    entries = joined(base, [], [*sets, *fits])
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
     entries = with_kindred(base, entries, singles, mapper)
     base, entries = matched(*without_more_spikes(base, entries, mapper))

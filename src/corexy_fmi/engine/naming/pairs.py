@@ -52,15 +52,15 @@ def pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper)
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
         found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
-    return _paying(found, fits, base, mapper)
+    return paying(found, fits, base, mapper)
 
 
-def _paying(found: list[Fit], fits: list[Fit], base: Fit, mapper: Mapper) -> list[Fit]:
+def paying(found: list[Fit], fits: list[Fit], base: Fit, mapper: Mapper) -> list[Fit]:
     """The pairs that pay, also over their parts begun again where they ended."""
-    paying = [f for f in found if _pays_over_parts(f, fits, base)]
-    for two in paying:
+    first = [f for f in found if _pays_over_parts(f, fits, base)]
+    for two in first:
         _begin_parts_again(two, fits, mapper)
-    return [f for f in paying if _pays_over_parts(f, fits, base)]
+    return [f for f in first if _pays_over_parts(f, fits, base)]
 
 
 def _begin_parts_again(two: Fit, fits: list[Fit], mapper: Mapper) -> None:

@@ -70,7 +70,7 @@ def _lead(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Lead]:
     if hypothesis.law:
         return (yield from _law_lead(behind, problem, u))
     instance = hypothesis.uses[-1]
-    found = yield from _scored(behind, problem, instance, offered)
+    found = yield from every_start(behind, problem, instance, offered)
     tried = 2 * TRIED if instance.effect.size.over == "threshold" else TRIED
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:tried]])
     gains = behind.gains((yield from residuals(problem, starts)))
@@ -90,7 +90,7 @@ def apart(starts: Array, gains: Array) -> list[int]:
     return kept
 
 
-def _scored(
+def every_start(
     behind: Beyond, problem: Problem, instance: Instance, offered: Spread
 ) -> Steps[list[Score]]:
     """Scores of all starts of one effect, best first."""
@@ -131,7 +131,7 @@ def bounds(base: Fit, candidates: list[Instance], mapper: Mapper = map) -> list[
 
 def _bound(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Lead]:
     base, instance = behind.fit, problem.hypothesis.uses[-1]
-    found, again = (yield from _scored(behind, problem, instance, offered)), None
+    found, again = (yield from every_start(behind, problem, instance, offered)), None
     if not (by_one_run(instance) or instance.effect.frees_rotor):  # another stage, told or not
         u = problem.carried(base.problem, base.u)
         again = partial(score_of, at_step_of(behind, problem), problem, instance, u)

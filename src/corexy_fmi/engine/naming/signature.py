@@ -24,6 +24,7 @@ TRIED = 2 * LANES  # starts that are scored, and then tried, at once
 ACTS, ZOOMS = 1e-3, 2  # [std] by which an effect shows at all; rounds that find where
 WITHIN = (1e-3, 0.3)  # how far within the threshold half of the fits begin, as shares of it
 DEEP = (0.6, 0.05)  # of it, from which the others begin: one stray sample may set the threshold
+LITTLE = 0.05  # factor of a start whose size would turn its sign
 SHY = (0.0, 0.125, 0.4)  # of the way, on a logarithmic scale, to where a start would grow
 
 
@@ -109,22 +110,35 @@ class Score:
     row: Mapping[str, float]
 
 
+def grown_by(
+    instance: Instance, rows: list[dict[str, float]], factors: Array
+) -> tuple[float, dict[str, float] | None]:
+    """Factor of a start, or of several that differ by their phase alone, and its values so grown;
+    none where the size would turn its sign and has none.
+    """
+    phase, size = phase_of(instance), instance.effect.size
+    if phase is not None and len(rows) > 1:
+        factor, angle = combined(rows, factors, phase)
+        return factor, grown(instance, {**rows[0], phase.name: angle}, max(factor, 0.02))
+    factor = float(factors[0])
+    if size.lower >= 0 and factor <= 0 and len(instance.effect.sizes) == 1:
+        return factor, None
+    return factor, grown(instance, rows[0], factor)
+
+
 def _scored(
     instance: Instance, rows: list[dict[str, float]], products: Array, gram: Array
 ) -> Score:
     """The score of one start, or of several that differ by their phase alone (`Beyond.of`)."""
-    spare = spare_of(gram)
-    phase, size = phase_of(instance), instance.effect.size
-    if phase is not None and len(rows) > 1:
+    if len(rows) > 1 and phase_of(instance) is not None:
         gain, factors = gain_many(products, gram)
-        factor, angle = combined(rows, factors, phase)
-        larger = grown(instance, {**rows[0], phase.name: angle}, max(factor, 0.02))
-        return Score(gain, larger, factor + spare, rows[0])
-    gain, factor = gain_one(float(products[0]), float(gram[0, 0]))
-    bound = abs(factor) + spare
-    if size.lower >= 0 and factor <= 0 and len(instance.effect.sizes) == 1:
-        gain, factor = 0.0, 0.05
-    return Score(gain, grown(instance, rows[0], factor), bound, rows[0])
+    else:
+        gain, single = gain_one(float(products[0]), float(gram[0, 0]))
+        factors = np.array([single])
+    factor, values = grown_by(instance, rows, factors)
+    if values is None:
+        gain, values = 0.0, grown(instance, rows[0], LITTLE)
+    return Score(gain, values, abs(factor) + spare_of(gram), rows[0])
 
 
 def _shy(instance: Instance, row: Mapping[str, float], score: Score) -> list[Score]:
