@@ -47,7 +47,6 @@ from corexy_fmi.engine.places.site import (
     sites,
 )
 from corexy_fmi.engine.places.spots import best_law
-from corexy_fmi.engine.places.swings import swing
 from corexy_fmi.engine.places.view import plain
 from corexy_fmi.engine.telling.document import whereabouts
 from corexy_fmi.kernel.layout import bundled_layout
@@ -301,13 +300,6 @@ def test_play_follows_within_its_width():
     off = play(way, 0.2)
     assert off.min() == pytest.approx(-0.1)
     assert off.max() == pytest.approx(0.1)
-
-
-def test_a_mass_on_a_spring_comes_to_rest_where_statics_say():
-    time = np.arange(5000) * 1e-3
-    bent = swing(np.full(5000, 2.0), time, 10.0)
-    assert bent[-1] == pytest.approx(2.0 / (2 * np.pi * 10.0) ** 2, rel=1e-3)
-    assert np.argmax(bent) * 1e-3 == pytest.approx(0.05, abs=2e-3)  # half a period
 
 
 def test_waves_reach_full_steps():

@@ -63,7 +63,7 @@ EFFECT = Effect(
             0.0,
             0.2,
             1e3,
-            (0.4, 2.0, 10.0),
+            (0.4, 2.0, 10.0, 50.0),
             size=True,
             log=True,
             scaling=-1,

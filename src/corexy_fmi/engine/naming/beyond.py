@@ -90,3 +90,16 @@ def beyond(fit: Fit) -> Beyond:
     """What lies beyond retuning of a fit."""
     q, _ = np.linalg.qr(fit.jacobian)
     return Beyond(fit, q, q.T @ fit.residual)
+
+
+def gain_one(product: float, power: float) -> tuple[float, float]:
+    """Gain [nats] and factor of one signature (`Beyond.of`)."""
+    factor = -product / power if power > 1e-12 else 0.0
+    return 0.5 * factor**2 * power, factor
+
+
+def gain_many(products: Array, gram: Array) -> tuple[float, Array]:
+    """Gain and factors of several signatures (`Beyond.of`) together, lightly ridged."""
+    ridge = 1e-6 * np.trace(gram) / len(gram) + 1e-9
+    factors = -np.linalg.solve(gram + ridge * np.eye(len(gram)), products)
+    return -float(factors @ products + 0.5 * factors @ gram @ factors), factors

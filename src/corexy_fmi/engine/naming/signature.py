@@ -15,7 +15,7 @@ from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.slopes import BROKEN
 from corexy_fmi.engine.naming.abreast import Steps, residuals
-from corexy_fmi.engine.naming.beyond import Beyond
+from corexy_fmi.engine.naming.beyond import Beyond, gain_many, gain_one
 from corexy_fmi.engine.naming.spread import Spread, combinations, combined, groups, phase_of
 from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
@@ -36,19 +36,6 @@ def row_of(problem: Problem, u: Array, instance: Instance, values: Mapping[str, 
         if name != unknown.key:
             row[k] = unknown.internal(values.get(name, values[name.partition("@")[0]]))
     return row
-
-
-def gain_one(product: float, power: float) -> tuple[float, float]:
-    """Gain [nats] and factor of one signature (`Beyond.of`)."""
-    factor = -product / power if power > 1e-12 else 0.0
-    return 0.5 * factor**2 * power, factor
-
-
-def gain_many(products: Array, gram: Array) -> tuple[float, Array]:
-    """Gain and factors of several signatures (`Beyond.of`) together, lightly ridged."""
-    ridge = 1e-6 * np.trace(gram) / len(gram) + 1e-9
-    factors = -np.linalg.solve(gram + ridge * np.eye(len(gram)), products)
-    return -float(factors @ products + 0.5 * factors @ gram @ factors), factors
 
 
 def changes(base: Fit, problem: Problem, vectors: Array) -> Steps[Array]:

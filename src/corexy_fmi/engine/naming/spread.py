@@ -9,12 +9,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from corexy_fmi.effects.api import Parameter
 from corexy_fmi.engine.data.samples import even
 from corexy_fmi.engine.fitting.fit import Fit
+from corexy_fmi.engine.naming.modes import modes
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
@@ -24,7 +26,9 @@ FINER = 4  # zero padding of the spectrum
 
 @dataclass(frozen=True)
 class Spread:
-    """Starts that the data offer, by what a parameter is declared ``over``."""
+    """Starts that the data offer, by what a parameter is declared ``over``, beside what ``fit``
+    leaves.
+    """
 
     time: tuple[float, ...]
     x: tuple[float, ...]
@@ -32,6 +36,12 @@ class Spread:
     frequency: tuple[float, ...]
     drive: str
     threshold: tuple[float, ...] = ()
+    fit: Fit | None = None
+
+    @cached_property
+    def modes(self) -> tuple[float, ...]:
+        """Frequencies [Hz] at which something may swing."""
+        return modes(self.fit) if self.fit else ()
 
     def starts(self, instance: Instance, parameter: Parameter) -> tuple[float, ...]:
         """Values of a parameter to begin from; one that is not fitted stays at its default."""
@@ -41,7 +51,8 @@ class Spread:
             return parameter.starts
         name = instance.location if parameter.over == "position" else parameter.over
         offered: tuple[float, ...] = getattr(self, name or "frequency") or parameter.starts
-        offered = (*parameter.starts, *offered) if parameter.heard else offered
+        if parameter.heard:
+            offered = (*parameter.starts, *offered, *self.modes)
         return tuple(min(max(v, parameter.lower), parameter.upper) for v in offered)
 
 
@@ -56,7 +67,8 @@ def spread(fit: Fit) -> Spread:
     inner = np.linspace(low, high, TIMES + 1)
     along_x, along_y = (np.linspace(v.min(), v.max(), PLACES).tolist() for v in (x, y))
     middles = ((inner[1:] + inner[:-1]) / 2).tolist()
-    return Spread(tuple(middles), tuple(along_x), tuple(along_y), tones(fit), problem.machine.drive)
+    places = tuple(along_x), tuple(along_y)
+    return Spread(tuple(middles), *places, tones(fit), problem.machine.drive, fit=fit)
 
 
 def tones(fit: Fit) -> tuple[float, ...]:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit
+from corexy_fmi.engine.naming.modes import swing
 from corexy_fmi.engine.places.probe_laws import Motion
-from corexy_fmi.engine.places.swings import MODES, swing, swung
+from corexy_fmi.engine.places.swings import DAMPED, MODES, swung
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.topology import STAGES
 
@@ -67,7 +68,7 @@ def _turning(fit: Fit, runs: list[Motion]) -> Iterator[Added]:
             [
                 {
                     "y": m.place["x"]
-                    * swing(p, m.time, min(f, 0.1 / float(np.median(np.diff(m.time)))))
+                    * swing(p, m.time, min(f, 0.1 / float(np.median(np.diff(m.time)))), DAMPED)
                 }
                 for m, p in zip(runs, pulls, strict=True)
             ],

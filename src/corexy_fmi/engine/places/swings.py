@@ -5,21 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.signal import lfilter
 
+from corexy_fmi.engine.naming.modes import swing
 from corexy_fmi.engine.places.probe_laws import Motion
 from corexy_fmi.kernel.call import Array
 
 MODES = tuple(np.geomspace(3.0, 100.0, 12))  # [Hz] of what swings on the stage, or under it
 DAMPED = 0.05  # its damping ratio
-
-
-def swing(values: Array, time: Array, frequency: float) -> Array:
-    """Where a mass on a damped spring comes to under these accelerations (rows,)."""
-    dt, w = float(np.median(np.diff(time))), 2 * np.pi * frequency
-    decay, turn = np.exp(-DAMPED * w * dt), np.cos(w * np.sqrt(1 - DAMPED**2) * dt)
-    poles = [1.0, -2 * decay * turn, decay**2]
-    return np.asarray(lfilter([0.0, sum(poles) / w**2], poles, values))
 
 
 def swung(runs: list[Motion]) -> Iterator[tuple[str, list[dict[str, Array]]]]:
@@ -28,7 +20,7 @@ def swung(runs: list[Motion]) -> Iterator[tuple[str, list[dict[str, Array]]]]:
     pushed = [{a: np.gradient(m.speed[a], m.time) for a in "xy"} for m in runs]
     for f in MODES:
         bent = [
-            {axis: swing(values, t, f) for axis, values in pair.items()}
+            {axis: swing(values, t, f, DAMPED) for axis, values in pair.items()}
             for pair, t in zip(pushed, times, strict=True)
         ]
         late = [
