@@ -79,9 +79,9 @@ def orders(machine: Machine) -> list[Recording]:
 
 
 def visible(
-    machine: Machine, instance: Instance, random: np.random.Generator
+    machine: Machine, instance: Instance, random: np.random.Generator, target: float = TARGET
 ) -> dict[str, float] | None:
-    """Drawn parameters of the size that shows by E on the first motion; None where none does."""
+    """Drawn parameters of the size that shows by an E on the first motion; None where none does."""
     base = bare(machine, bundled_layout(), orders(machine)[0], STD)
     behind = beyond(base)
     problem = replace(base.problem, hypothesis=Hypothesis((instance,)))
@@ -89,7 +89,7 @@ def visible(
     def share(values: dict[str, float]) -> tuple[float, list[Instance]]:
         row = row_of(problem, np.zeros(problem.size), instance, values)
         change = behind.off(alone(changes(base, problem, row[None])))[0]
-        return float(np.sqrt(change @ change / TARGET)), []
+        return float(np.sqrt(change @ change / target)), []
 
     start = drawn(instance, spread(base), random)
     found = sized(instance, start, PROGRAMS[0], share).row

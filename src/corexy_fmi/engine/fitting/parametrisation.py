@@ -68,7 +68,7 @@ class Parametrisation:
         object.__setattr__(self, "begins", self._begins())
         clock = ("clock",) if any(run.clock_free for run in self.runs) else ()
         pushed = self._pushed() if any(run.moving for run in self.runs) else ()
-        object.__setattr__(self, "own_keys", (*self._rest(), *pushed, *clock, *self.begins))
+        object.__setattr__(self, "own_keys", (*self.rest_keys, *pushed, *clock, *self.begins))
         own = [np.inf if key == "clock" else 1.0 for key in self.own_keys]
         std = np.array([u.prior_std for u in self.unknowns] + own * len(self.runs))
         object.__setattr__(
@@ -98,7 +98,8 @@ class Parametrisation:
         seconds = max(np.ptp(run.excitation.time) for run in self.runs)
         return {"1": max(float(turns), 1e-9), "Hz": max(float(seconds), 1e-9)}
 
-    def _rest(self) -> tuple[str, ...]:
+    @property
+    def rest_keys(self) -> tuple[str, ...]:
         """What a run may begin with: idlers are held where there are any with dry friction, rotors
         off their command where a loop turns them.
         """

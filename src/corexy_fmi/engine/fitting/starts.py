@@ -19,6 +19,7 @@ AHEAD, AHEAD_BLEACHED = 16, 6  # short fits from the retuned machine, from each 
 LAGS = ("speed", "acceleration", "load", "velocity_reversal", "voltage")  # what soft belts pass for
 STIFFER = 1.2  # log of the factor
 LOST = 3.0  # prior standard deviations of a nominal parameter
+STEADY, UNREST = "constant", 1.0  # a state; prior deviations of how a run began
 
 
 def starts(
@@ -31,6 +32,8 @@ def starts(
         lagging = [h for h in candidates if any(i.effect.state in LAGS for i in h.uses)]
         yield from ((fit, candidates, AHEAD_BLEACHED) for fit in central(base))
         yield from ((fit, lagging, AHEAD_BLEACHED) for fit in stiffer(base))
+        steady = [h for h in candidates if any(i.effect.state == STEADY for i in h.uses)]
+        yield from ((fit, steady, AHEAD_BLEACHED) for fit in rested(base) if steady)
 
 
 def _bleached(base: Fit) -> list[Fit]:
@@ -70,6 +73,19 @@ def central(base: Fit) -> list[Fit]:
         return []
     problem = white_noise(base)
     u = centred(base)
+    return _linear(problem, u, *problem.linearised(u))
+
+
+def rested(base: Fit) -> list[Fit]:
+    """The base with every run begun in balance, where retuning found one far from it: that passes
+    for a steady pull, from which it then keeps a search.
+    """
+    problem, u = base.problem, base.u.copy()
+    known = set(problem.rest_keys)
+    rest = [k for k, key in enumerate(problem.keys) if key.partition(" of run ")[0] in known]
+    if not rest or np.abs(u[rest]).max() < UNREST:
+        return []
+    u[rest] = 0.0
     return _linear(problem, u, *problem.linearised(u))
 
 
