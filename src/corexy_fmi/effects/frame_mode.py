@@ -79,7 +79,7 @@ EFFECT = Effect(
             log=True,
             heard=True,
         ),
-        Parameter("damping_ratio", "1", "of that mode", 0.03, 0.001, 0.3, (0.03,), log=True),
+        Parameter("damping_ratio", "1", "of that mode", 0.03, 0.001, 0.3, (0.03, 0.2), log=True),
     ),
     laws=(
         Law("guide", relative),
