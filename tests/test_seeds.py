@@ -63,6 +63,15 @@ def test_the_score_counts_classes_of_near_twins_alone(
     assert "to be begun anew: 0." in "\n".join(seeds.section(seeds.LATER))
     both = " ".join(render.score_in(readme).split())
     assert "Over 4 of the seeds 200 to 299, by one engine: as asked 2/4 = 50.0 %" in both
+    assert "Of these" not in both
+    two = text.replace(
+        '"seed-3", "outcome": "false_alarm", "commit": "abc"',
+        '"seed-3", "outcome": "right", "commit": "def"',
+    )
+    (tmp_path / "later.0.jsonl").write_text(two, encoding="utf-8")
+    newest = "Of these, the last 1, by one engine: as asked 1/1 = 100.0 %"
+    assert newest in " ".join(render.score_in(readme).split())
+    assert newest in "\n".join(seeds.section(seeds.LATER))
     assert {e["commit"] for e in seeds.stored()} == {"abc"}
     assert len(seeds.every()) == 8
     (tmp_path / "seeds.0.jsonl").unlink()

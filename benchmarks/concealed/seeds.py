@@ -55,7 +55,7 @@ def section(part: str = FIRST) -> list[str]:
         f"As asked (right, or a class with the truth where a twin is near): {asked}; wrong and "
         f"confident, or a false alarm: {false}. Seals without an outcome of their own, ended "
         "before one by hand for another engine or by the clock, to be begun anew: "
-        f"{_unfinished(part)}.",
+        f"{_unfinished(part)}." + (_newest(entries) if once and part == LATER else ""),
         "",
         "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
         "",
@@ -103,10 +103,23 @@ def sentence() -> str:
     if not later:
         return told
     asked, false = rates(later)
-    one = "one engine" if len({e["commit"] for e in later}) == 1 else "engines after those"
+    engines = {e["commit"] for e in later}
+    one = "one engine" if len(engines) == 1 else "engines after those"
     return (
         f"{told} That was by engines of many days, mended by what they missed. Over {len(later)} "
         f"of the seeds {_span(LATER)}, by {one}: as asked {asked}, wrong or a false alarm {false}."
+        + (_newest(later) if len(engines) > 1 else "")
+    )
+
+
+def _newest(entries: list[dict[str, Any]]) -> str:
+    """What is said of the seeds that the engine of the last of them ran."""
+    last = max(entries, key=lambda e: int(e["name"].rpartition("-")[2]))
+    own = [e for e in entries if e["commit"] == last["commit"]]
+    asked, false = rates(own)
+    return (
+        f" Of these, the last {len(own)}, by one engine: as asked {asked}, wrong or a false alarm "
+        f"{false}."
     )
 
 
