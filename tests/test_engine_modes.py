@@ -1,10 +1,17 @@
 """At which frequencies something may swing: one regression for each, off all retuning can do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, rich_motion, with_effects
 
+from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.modes import FREQUENCIES, NARROW, modes, swing
+from corexy_fmi.engine.naming.screen import screen
+from corexy_fmi.engine.naming.spread import spread
+from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
 FRAME = EffectUse("frame_mode", "frame", {"mass": 6.0, "frequency": 6.84, "damping_ratio": 0.015})
@@ -59,3 +66,28 @@ def test_nothing_swings_where_nothing_is_missing():
 
 def test_motor_angles_alone_tell_of_no_mode():
     assert modes(left("yin2018_dc", channels=("phi1_meas", "phi2_meas"))) == ()
+
+
+def test_a_mode_begins_at_the_declared_frequencies_and_where_something_swings():
+    """As many starts again: those that swing crowd no declared one out."""
+    offered = spread(left("gt2_printer", FRAME))
+    (frame,) = (i for i in bundled_layout().instances if i.effect.name == "frame_mode")
+    frequency = next(p for p in frame.effect.parameters if p.heard)
+    assert set(frequency.starts) <= set(offered.starts(frame, frequency))
+    assert replace(offered, swinging=True).starts(frame, frequency) == offered.modes
+    assert len(offered.modes) > 0
+
+
+@pytest.mark.parametrize(
+    ("frequency", "damping_ratio", "noise", "gain"),
+    [(8.4, 0.006, 1e-5, 200.0), (12.0, 0.006, 1e-5, 150.0), (6.0, 0.015, 3e-6, 300.0)],
+)
+def test_a_frame_that_rings_now_and_then_is_found(frequency, damping_ratio, noise, gain):
+    """From the declared starts and the tones of the whole fits ended at 60, 41 and 202 nats."""
+    shape = {"frequency": frequency, "damping_ratio": damping_ratio, "mass": 6.0}
+    base = left("gt2_printer", EffectUse("frame_mode", "frame", shape), noise=noise)
+    (frame,) = (i for i in bundled_layout().instances if i.effect.name == "frame_mode")
+    lead = screen(base, [Hypothesis((frame,))])[0]
+    best = min((minimise(lead.problem, u, 12) for u in lead.starts), key=lambda fit: fit.cost)
+    assert best.value("frame_mode.frame.frequency") == pytest.approx(frequency, rel=0.02)
+    assert base.cost - best.cost > gain

@@ -63,7 +63,7 @@ EFFECT = Effect(
             0.0,
             0.2,
             1e3,
-            (0.4, 2.0, 10.0, 50.0),
+            (0.4, 2.0, 10.0),
             size=True,
             log=True,
             scaling=-1,
@@ -79,7 +79,7 @@ EFFECT = Effect(
             log=True,
             heard=True,
         ),
-        Parameter("damping_ratio", "1", "of that mode", 0.03, 0.001, 0.3, (0.03, 0.2), log=True),
+        Parameter("damping_ratio", "1", "of that mode", 0.03, 0.001, 0.3, (0.03,), log=True),
     ),
     laws=(
         Law("guide", relative),

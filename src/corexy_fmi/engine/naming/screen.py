@@ -70,15 +70,31 @@ def _lead(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Lead]:
     if hypothesis.law:
         return (yield from _law_lead(behind, problem, u))
     instance = hypothesis.uses[-1]
+    found, gains, starts = yield from _tried(behind, problem, instance, offered)
+    if any(p.heard for p in instance.effect.parameters) and offered.modes:
+        swinging = replace(offered, swinging=True)
+        more = yield from _tried(behind, problem, instance, swinging)
+        found, gains, starts = max(found, more[0]), [*gains, *more[1]], [*starts, *more[2]]
+    order = np.argsort(-np.array(gains), kind="stable")
+    linear = max(found, gains[order[0]])
+    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in order), base)
+
+
+def _tried(
+    behind: Beyond, problem: Problem, instance: Instance, offered: Spread
+) -> Steps[tuple[float, list[float], list[Array]]]:
+    """The best linear gain [nats] of an effect's starts, and those kept after a trial of the best
+    with their sizes: what each gains, and its internal vector.
+    """
     found = yield from every_start(behind, problem, instance, offered)
+    u = problem.carried(behind.fit.problem, behind.fit.u)
     tried = 2 * TRIED if instance.effect.size.over == "threshold" else TRIED
     starts = np.array([row_of(problem, u, instance, s.values) for s in found[:tried]])
     gains = behind.gains((yield from residuals(problem, starts)))
     order = apart(starts, gains)
     top = float(gains[order[0]])
     kept = [n for n in order if n == order[0] or gains[n] > WORTH * top > 0 or top <= 0]
-    linear = max(found[0].gain, top)
-    return Lead(hypothesis, problem, linear, tuple(starts[n] for n in kept), base)
+    return found[0].gain, [float(gains[n]) for n in kept], [starts[n] for n in kept]
 
 
 def apart(starts: Array, gains: Array) -> list[int]:
