@@ -78,6 +78,10 @@ def test_a_cause_and_nearly_the_same_are_no_pair(starts):
     assert starts(30 * other, seen, 20.0) == []
 
 
+def test_of_no_cause_there_is_no_pair(starts):
+    assert starts(np.ones(4), [], 0.0) == []
+
+
 def test_no_cause_is_tried_with_the_sign_that_its_size_has_not():
     base = SimpleNamespace(u=None, problem=SimpleNamespace(carried=lambda *_: None))
     one, two = signature("drag", np.ones(4), lower=0.0), signature("skew", np.ones(4))

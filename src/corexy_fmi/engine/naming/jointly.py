@@ -89,6 +89,8 @@ def _signature(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Signa
 
 def _promising(base: Fit, seen: list[Signature], least: float) -> list[tuple[Problem, Array]]:
     """Pairs that gain ``least`` nats linearly, price paid, each with its start, the best first."""
+    if not seen:
+        return []
     products, gram = beyond(base).of(np.vstack([s.change for s in seen]))
     ends = np.cumsum([len(s.rows) for s in seen])
     places = [list(range(end - len(s.rows), end)) for end, s in zip(ends, seen, strict=True)]
