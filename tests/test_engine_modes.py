@@ -74,7 +74,7 @@ def test_a_mode_begins_at_the_declared_frequencies_and_where_something_swings():
     (frame,) = (i for i in bundled_layout().instances if i.effect.name == "frame_mode")
     frequency = next(p for p in frame.effect.parameters if p.heard)
     assert set(frequency.starts) <= set(offered.starts(frame, frequency))
-    assert replace(offered, swinging=True).starts(frame, frequency) == offered.modes
+    assert replace(offered, swings=offered.modes).starts(frame, frequency) == offered.modes
     assert len(offered.modes) > 0
 
 

@@ -72,7 +72,7 @@ def _lead(behind: Beyond, problem: Problem, offered: Spread) -> Steps[Lead]:
     instance = hypothesis.uses[-1]
     found, gains, starts = yield from _tried(behind, problem, instance, offered)
     if any(p.heard for p in instance.effect.parameters) and offered.modes:
-        swinging = replace(offered, swinging=True)
+        swinging = replace(offered, swings=offered.modes)  # which are not sought again
         more = yield from _tried(behind, problem, instance, swinging)
         found, gains, starts = max(found, more[0]), [*gains, *more[1]], [*starts, *more[2]]
     order = np.argsort(-np.array(gains), kind="stable")

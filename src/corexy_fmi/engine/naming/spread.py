@@ -37,7 +37,7 @@ class Spread:
     drive: str
     threshold: tuple[float, ...] = ()
     fit: Fit | None = None
-    swinging: bool = False  # a mode begins where something swings, and nowhere else
+    swings: tuple[float, ...] = ()  # [Hz] where a mode begins instead, if there are any
 
     @cached_property
     def modes(self) -> tuple[float, ...]:
@@ -53,7 +53,7 @@ class Spread:
         name = instance.location if parameter.over == "position" else parameter.over
         offered: tuple[float, ...] = getattr(self, name or "frequency") or parameter.starts
         if parameter.heard:
-            offered = self.modes if self.swinging else (*parameter.starts, *offered)
+            offered = self.swings or (*parameter.starts, *offered)
         return tuple(min(max(v, parameter.lower), parameter.upper) for v in offered)
 
 
