@@ -1,9 +1,9 @@
 """Are there causes that no fit reaches from the starts that their files declare?
 
-    python -m benchmarks.reach [--machine yin2018] [--draws 1] [--only NAME ...]
+    python -m benchmarks.reach [--machine yin2018] [--draws 1] [--target 1000] [--only NAME ...]
 
 For every effect and place, parameters are drawn over the range of its starts and a little beyond,
-its size so that it puts a squared distance E of about 1000 between machine and recording.  Both
+its size so that it puts a squared distance E (``--target``) between machine and recording.  Both
 are this package's own: nothing is concealed, it is a test of the search alone.  Told is what the
 fits from the declared starts gain, beside what a fit from the truth does.  Writes
 benchmarks/results/reach.json, a machine at a time.
@@ -130,14 +130,16 @@ def missed(row: dict[str, Any]) -> bool:
     return bool(row["truth"] > FAINT and row["found"] < REACHED * row["truth"])
 
 
-def rows(machine: Machine, draws: int, only: list[str]) -> Iterator[dict[str, Any]]:
+def rows(
+    machine: Machine, draws: int, only: list[str], target: float = TARGET
+) -> Iterator[dict[str, Any]]:
     """One row for each draw; no gains where no size within the effect's bounds shows enough."""
     asked = [i for i in instances(bundled_layout(), machine) if not only or i.effect.name in only]
     for instance in track(asked, "draws"):
         for n in range(draws):
             name = f"{instance.effect.name} at {instance.location}"
             random = np.random.default_rng([zlib.crc32(name.encode()), n])
-            values = visible(machine, instance, random)
+            values = visible(machine, instance, random, target)
             row: dict[str, Any] = {"cause": name, "draw": n, "values": values}
             if values is not None:
                 row["truth"], row["found"] = gains(*planted(machine, instance, values, random))
@@ -149,9 +151,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--machine", default="yin2018")
     parser.add_argument("--draws", type=int, default=1)
+    parser.add_argument("--target", type=float, default=TARGET, help="E of what is planted")
     parser.add_argument("--only", nargs="*", default=[])
     given = parser.parse_args()
-    found = list(rows(load_machine(given.machine), given.draws, given.only))
+    found = list(rows(load_machine(given.machine), given.draws, given.only, given.target))
     shown = [row for row in found if row["values"] is not None]
     lost = [row for row in shown if missed(row)]
     for row in lost:
@@ -160,7 +163,8 @@ def main() -> None:
     if not given.only:
         store = RESULTS / "reach.json"
         known = json.loads(store.read_text(encoding="utf-8")) if store.is_file() else {}
-        machines = known.get("machines", {}) | {given.machine: {"commit": commit(), "rows": found}}
+        told = {"commit": commit(), "target": given.target, "rows": found}
+        machines = known.get("machines", {}) | {given.machine: told}
         print(write_outcome("reach", COMMAND, {"machines": machines}))
 
 

@@ -60,7 +60,6 @@ def test_a_tool_is_heard(name):
 
 
 def test_nothing_swings_where_nothing_is_missing():
-    """By chance a frequency gains its threshold in one of some five recordings."""
     assert modes(left("light_bench")) == ()
 
 

@@ -8,34 +8,24 @@ from __future__ import annotations
 
 from benchmarks.concealed.distances import Entry
 from benchmarks.concealed.fold import folded
-from benchmarks.concealed.proof import RESULTS, read
-from benchmarks.concealed.tables import FULL_AIMS, ONCE, cut_off, headline
+from benchmarks.concealed.tables import FULL_AIMS, ONCE, commits, cut_off, headline
 
 STEM, WHOLE = "others", 120  # its files, and how many cases are asked
 SINGLE = 8  # rows of the headline that count single effects and nulls
 
 
-def stored() -> list[Entry]:
-    """Its outcomes, of all shards."""
-    paths = sorted(p for p in RESULTS.glob(f"{STEM}*.jsonl") if "seals" not in p.name)
-    return [e for path in paths for e in read(path)]
-
-
-def section() -> list[str]:
-    """Lines of RESULTS.md; none where none was run."""
-    entries = stored()
+def section(entries: list[Entry]) -> list[str]:
+    """Lines of RESULTS.md on its outcomes; none where there are none."""
     if not entries:
         return []
-    commits, origins = ({e[key][:12] for e in entries} for key in ("commit", "origin"))
-    heads = headline(entries, FULL_AIMS)
+    heads, one = headline(entries, FULL_AIMS), len({e["commit"] for e in entries}) == 1
     return [
         "## Pairs and causes outside the catalogue, once more",
         "",
         "`python -m benchmarks.concealed.proof --catalogue full --effects 0 --nulls 0 --others 60 "
         f"--out benchmarks/results/{STEM}.jsonl`: {len(entries)} sealed cases of {WHOLE}, engine "
-        f"at commit {', '.join(sorted(commits))}, seeds: sha256 of {', '.join(sorted(origins))}; "
-        f"{cut_off(entries, STEM)} cut off. "
-        + ("One engine ran all." if len(commits) == 1 else ONCE.strip()),
+        f"at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}; "
+        f"{cut_off(entries, STEM)} cut off. " + ("One engine ran all." if one else ONCE.strip()),
         "",
         *heads[:2],
         *heads[2 + SINGLE :],

@@ -20,6 +20,7 @@ from benchmarks.concealed.tables import (
     ONCE,
     TEN_AIMS,
     by,
+    commits,
     headline,
     levels,
     speed,
@@ -62,11 +63,6 @@ def run_of(stem: str) -> list[Entry]:
     """All outcomes of a run, whatever its shards."""
     paths = sorted(p for p in RESULTS.glob(f"{stem}*.jsonl") if "seals" not in p.name)
     return [e for path in paths for e in read(path)]
-
-
-def commits(entries: list[Entry], key: str = "commit") -> str:
-    """The commits of some outcomes, or those that their seeds follow from."""
-    return ", ".join(sorted({e[key][:12] for e in entries}))
 
 
 def tables(
@@ -197,7 +193,7 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         "",
         *(full(now) if now else []),
         *(again(anew) if (anew := run_of(AGAIN)) else []),
-        *others.section(),
+        *others.section(run_of(others.STEM)),
         *settled(),
         *seeds.section(),
         *seeds.section(seeds.LATER),

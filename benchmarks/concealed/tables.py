@@ -180,6 +180,11 @@ def levels(
     return table + [f"| {a} | {b} | {c} |" for a, b, c in rows]
 
 
+def commits(entries: list[Entry], key: str = "commit") -> str:
+    """The commits of some outcomes, or those that their seeds follow from."""
+    return ", ".join(sorted({e[key][:12] for e in entries}))
+
+
 def cut_off(entries: list[Entry], stem: str) -> int:
     """Sealed cases of this run that never came to an outcome: something ended it before."""
     done = {(e["name"], e["seed"]) for e in entries}

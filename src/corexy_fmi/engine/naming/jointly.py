@@ -111,10 +111,9 @@ def _promising(base: Fit, seen: list[Signature], least: float) -> list[tuple[Pro
 def _apart(gram: Array, one: list[int], two: list[int]) -> bool:
     """Whether neither is a multiple of the other, whose difference would be anything."""
     cross, own = gram[np.ix_(one, two)], gram[np.ix_(one, one)]
-    left = np.diag(gram[np.ix_(two, two)]) - np.sum(
-        cross * np.linalg.lstsq(own, cross, rcond=1e-9)[0], axis=0
-    )
-    return bool(np.all(left > APART * np.diag(gram[np.ix_(two, two)])))
+    square = np.diag(gram)[two]
+    shared = np.sum(cross * np.linalg.lstsq(own, cross, rcond=1e-9)[0], axis=0)
+    return bool(np.all(square - shared > APART * square))
 
 
 def _start(
