@@ -73,7 +73,12 @@ def test_the_score_counts_classes_of_near_twins_alone(
     assert newest in " ".join(render.score_in(readme).split())
     assert newest in "\n".join(seeds.section(seeds.LATER))
     assert {e["commit"] for e in seeds.stored()} == {"abc"}
-    assert len(seeds.every()) == 8
+    (tmp_path / "newest.jsonl").write_text(text, encoding="utf-8")
+    told = " ".join(render.score_in(readme).split())
+    assert "Over 4 of the seeds 200 to 299, by engines after those: as asked 3/4" in told
+    assert "Over 4 of the seeds 300 to 399, by one engine: as asked 2/4 = 50.0 %" in told
+    assert "Of these" not in told
+    assert len(seeds.every()) == 12
     (tmp_path / "seeds.0.jsonl").unlink()
     assert seeds.section() == []
 

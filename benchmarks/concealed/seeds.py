@@ -1,7 +1,7 @@
 """The score of `make blind` over its seeds: drawn and diagnosed as there, without the controls.
 
-``python -m benchmarks.concealed.seeds [--later] [--shard i/n] [--minutes M]`` goes on where it
-stopped: with seeds 0 to 199, or with 200 to 299, which were begun when those were done.
+``python -m benchmarks.concealed.seeds [--round NAME] [--shard i/n] [--minutes M]`` goes on where it
+stopped: with seeds 0 to 199, or with those of a later round, begun when the one before was done.
 The plant draws one of 35 effects, a pair, nothing or a cause outside its catalogue; all effects
 compete.
 """
@@ -22,8 +22,8 @@ from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waitin
 from benchmarks.concealed.score import fulfilled
 from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline
 
-FIRST, LATER = "seeds", "later"  # rounds, and their files' names
-SEEDS = {FIRST: range(200), LATER: range(200, 300)}
+FIRST, LATER, NEWEST = "seeds", "later", "newest"  # rounds, and their files' names
+SEEDS = {FIRST: range(200), LATER: range(200, 300), NEWEST: range(300, 400)}
 
 
 def stored(part: str = FIRST) -> list[dict[str, Any]]:
@@ -49,13 +49,13 @@ def section(part: str = FIRST) -> list[str]:
     return [
         f"## Seeds {which} of `make blind`",
         "",
-        f"`python -m benchmarks.concealed.seeds{' --later' if part == LATER else ''}` at commit "
-        f"{commits}, {len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
+        f"`python -m benchmarks.concealed.seeds{'' if part == FIRST else f' --round {part}'}` "
+        f"at commit {commits}, {len(entries)} run so far; all 35 effects compete. {once}".rstrip(),
         "",
         f"As asked (right, or a class with the truth where a twin is near): {asked}; wrong and "
         f"confident, or a false alarm: {false}. Seals without an outcome of their own, ended "
         "before one by hand for another engine or by the clock, to be begun anew: "
-        f"{_unfinished(part)}." + (_newest(entries) if once and part == LATER else ""),
+        f"{_unfinished(part)}." + (_newest(entries) if once and part != FIRST else ""),
         "",
         "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
         "",
@@ -91,7 +91,7 @@ def _span(part: str) -> str:
 
 def sentence() -> str:
     """What README.md says of them; nothing where none was run."""
-    first, later = stored(), stored(LATER)
+    first = stored()
     if not first:
         return ""
     asked, false = rates(first)
@@ -100,15 +100,22 @@ def sentence() -> str:
         f"(E of 150) and pairs among them: as asked {asked}, wrong and confident or a false alarm "
         f"{false} (Wilson 95 %)."
     )
+    later = {part: entries for part in SEEDS if part != FIRST and (entries := stored(part))}
     if not later:
         return told
-    asked, false = rates(later)
-    engines = {e["commit"] for e in later}
-    one = "one engine" if len(engines) == 1 else "engines after those"
+    return f"{told} That was by engines of many days, mended by what they missed." + "".join(
+        _after(part, entries, part == list(later)[-1]) for part, entries in later.items()
+    )
+
+
+def _after(part: str, entries: list[dict[str, Any]], last: bool) -> str:
+    """What README.md says of a round after the first; of the last one, also of its last engine."""
+    asked, false = rates(entries)
+    one = len({e["commit"] for e in entries}) == 1
     return (
-        f"{told} That was by engines of many days, mended by what they missed. Over {len(later)} "
-        f"of the seeds {_span(LATER)}, by {one}: as asked {asked}, wrong or a false alarm {false}."
-        + (_newest(later) if len(engines) > 1 else "")
+        f" Over {len(entries)} of the seeds {_span(part)}, by "
+        f"{'one engine' if one else 'engines after those'}: as asked {asked}, wrong or a false "
+        f"alarm {false}." + (_newest(entries) if last and not one else "")
     )
 
 
@@ -128,9 +135,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th seed, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
-    parser.add_argument("--later", action="store_true", help="seeds 200 to 299")
+    spans = ", ".join(f"{part}: {_span(part)}" for part in SEEDS)
+    parser.add_argument("--round", choices=SEEDS, default=FIRST, help=f"which seeds ({spans})")
     given, begun = parser.parse_args(), time.monotonic()
-    part = LATER if given.later else FIRST
+    part = given.round
     asked = [(f"seed-{n}", {"catalogue": "full"}) for n in SEEDS[part]]
     cases, out = waiting(asked, given.shard, RESULTS / f"{part}.jsonl", lambda entry: True)
     for name, wanted in track(cases, description="blind seeds"):
