@@ -32,6 +32,7 @@ from corexy_fmi.engine.naming.candidates import instances
 from corexy_fmi.engine.naming.entries import Competition
 from corexy_fmi.engine.naming.name import compete
 from corexy_fmi.engine.naming.screen import bounds
+from corexy_fmi.engine.naming.smooth import with_smooth_law
 from corexy_fmi.engine.places.family import within_family
 from corexy_fmi.engine.places.site import beside, sites
 from corexy_fmi.engine.places.spots import with_finer, with_spot
@@ -101,7 +102,7 @@ def diagnose(
         competition = with_spot(competition, found, mapper)
         tell("asking what the winner leaves", 0.85)
         rest = beside(competition, mapper)
-        competition = within_family(with_finer(competition, rest))
+        competition = with_smooth_law(within_family(with_finer(competition, rest)))
         tell("proving on data kept back", 0.86)
         weak = not holdout
         verdict, fit, proof = judge(layout, machine, competition, kept, whole, weak, found, rest)

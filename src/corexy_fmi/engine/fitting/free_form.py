@@ -30,7 +30,8 @@ class LawShape:
     """A free-form law to be fitted: where it acts, on what it depends, and its knots.
 
     It ``acts`` as a force, or as a Coulomb friction beside that of an axis.  Where it has a
-    ``parity``, its knots lie alike on both sides of zero.
+    ``parity``, its knots lie alike on both sides of zero.  ``stiffness`` is how strongly its prior
+    holds it straight (`bending`).
     """
 
     location: str
@@ -39,6 +40,7 @@ class LawShape:
     scale: float  # [N] or [N m]: the size that its values are expected to have
     parity: str = ""
     acts: str = "force"
+    stiffness: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -65,6 +67,24 @@ def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
         beside = (first + last - i, PARITIES[law.parity]) if mirrored else None
         found.append(replace(one, mirror=beside))
     return found
+
+
+def bending(law: LawShape) -> Array:
+    """What a law's values u (own,) bend, (knots - 2, own): its integrated square of the second
+    derivative over the argument, whose range is one, is the square of these.
+    """
+    at = np.array(law.knots) / (law.knots[-1] - law.knots[0])
+    gaps, middle = np.diff(at), np.arange(len(at) - 2)
+    whole = np.zeros((len(at) - 2, len(at)))
+    whole[middle, middle] = 1 / gaps[:-1]
+    whole[middle, middle + 1] = -1 / gaps[:-1] - 1 / gaps[1:]
+    whole[middle, middle + 2] = 1 / gaps[1:]
+    whole *= np.sqrt(2 / (gaps[:-1] + gaps[1:]))[:, None]
+    if not law.parity:
+        return whole
+    folded = whole + PARITIES[law.parity] * whole[:, ::-1]
+    folded[:, len(at) // 2] *= 0.5 if len(at) % 2 else 1.0  # the middle is its own mirror
+    return np.asarray(folded[:, law.own])
 
 
 def law_places(unknowns: Sequence[Unknown]) -> list[int]:

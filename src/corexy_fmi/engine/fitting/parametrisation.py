@@ -9,11 +9,12 @@ the memories of effects begin.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from corexy_fmi.engine.data.samples import Run
-from corexy_fmi.engine.fitting.free_form import law_unknowns, write_law
+from corexy_fmi.engine.fitting.free_form import bending, law_places, law_unknowns, write_law
 from corexy_fmi.engine.fitting.holding import push_scale, rest_scale
 from corexy_fmi.engine.fitting.lanes import Lanes
 from corexy_fmi.engine.fitting.scaling import eased, unseen
@@ -74,6 +75,16 @@ class Parametrisation:
         object.__setattr__(
             self, "prior", (np.zeros(len(std)), np.where(np.isfinite(std), 1 / std, 0.0))
         )
+
+    @cached_property
+    def root(self) -> Array:
+        """Square root (size, size) of the prior's precision: that of a law holds it straight."""
+        found, law = np.diag(self.prior[1]), self.hypothesis.law
+        if law is not None and law.stiffness:
+            at, bent = law_places(self.unknowns), bending(law)
+            precision = np.diag(self.prior[1][at] ** 2) + law.stiffness * bent.T @ bent
+            found[np.ix_(at, at)] = np.linalg.cholesky(precision).T
+        return found
 
     def _collected(self, base: Array) -> tuple[Unknown, ...]:
         """All unknowns but the runs' own; what is not fitted is written into base."""

@@ -145,7 +145,7 @@ class Problem(Parametrisation):
             lambda r: self.whitened(self.lanes(u, r), r, list(result[:, parts[r]])),
             range(len(parts)),
         )
-        result[:, samples:] = (u - self.prior[0]) * self.prior[1]
+        result[:, samples:] = (u - self.prior[0]) @ self.root.T
         return result
 
     @cached_property

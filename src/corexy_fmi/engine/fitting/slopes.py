@@ -37,10 +37,10 @@ def linearised(
     samples = problem.parts[-1].stop
     wanted = np.ones(problem.size, dtype=bool) if borrowed is None else np.isnan(borrowed[0])
     slopes = np.zeros((samples + problem.size, problem.size), order="F")
-    slopes[samples:] = np.diag(problem.prior[1])
+    slopes[samples:] = problem.root
     if borrowed is not None:
         slopes[:, ~wanted] = borrowed[:, ~wanted]
-    residual = np.concatenate([np.zeros(samples), (u - problem.prior[0]) * problem.prior[1]])
+    residual = np.concatenate([np.zeros(samples), problem.root @ (u - problem.prior[0])])
     steps = step_lengths(problem, u, stretch)
     move = along(problem.unknowns, u, problem.limits(), STEP * stretch)
 
