@@ -88,8 +88,10 @@ Case = tuple[str, dict[str, Any]]  # name, what is wanted of the plant
 
 def run_sealed(
     name: str, seed: int, wanted: dict[str, Any], without: frozenset[str], seals: Path
-) -> tuple[dict[str, Any], Any, Given]:
-    """Draw, seal, diagnose, open, score: what is kept, the case, and what the engine was given."""
+) -> tuple[dict[str, Any], Any, Given, Diagnosis]:
+    """Draw, seal, diagnose, open, score: what is kept, the case, what the engine was given, and
+    what it said.
+    """
     begun = time.monotonic()
     case = plant.draw(seed, **wanted)
     seal, _ = plant.seal(case)
@@ -117,14 +119,14 @@ def run_sealed(
         "kept_back": kept_back(case, found),
         "commit": commit(),
     }
-    return entry, case, given
+    return entry, case, given, found
 
 
 def run_case(name: str, wanted: dict[str, Any], origin: str, seals: Path) -> dict[str, Any]:
     """One published case; every fourth of an effect once more with its true entry struck."""
     drawn_from = CATALOGUES[wanted.get("catalogue", "ten")]
     unknown = frozenset(catalogue()) - set(drawn_from)  # what this draw of the plant lacks
-    entry, case, given = run_sealed(name, seed_of(origin, name), wanted, unknown, seals)
+    entry, case, given, _ = run_sealed(name, seed_of(origin, name), wanted, unknown, seals)
     if strikes(name):
         without = unknown | {e["name"] for e in case.truth["effects"]}
         entry["struck"] = struck(case, diagnose(*given, jobs=1, without=without))

@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from textwrap import fill
 
-from benchmarks.concealed import others, seeds
+from benchmarks.concealed import curves, others, seeds
 from benchmarks.concealed.calibration import section
 from benchmarks.concealed.cases import published
 from benchmarks.concealed.distances import Entry, overstated, removal
@@ -194,6 +194,7 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         *(full(now) if now else []),
         *(again(anew) if (anew := run_of(AGAIN)) else []),
         *others.section(run_of(others.STEM)),
+        *curves.section(run_of(curves.STEM)),
         *settled(),
         *(line for part in seeds.SEEDS for line in seeds.section(part)),
         *thresholds([*read(RESULTS / "earlier.jsonl"), *before], [*seeds.every(), *now]),

@@ -145,7 +145,7 @@ def main() -> None:
         if time.monotonic() - begun > 60 * given.minutes:
             break
         seed, seals = int(name.rpartition("-")[2]), out.with_suffix(".seals.jsonl")
-        entry, _, _ = run_sealed(name, seed, wanted, frozenset(), seals)
+        entry, *_ = run_sealed(name, seed, wanted, frozenset(), seals)
         append(out, entry)
 
 

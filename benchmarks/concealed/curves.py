@@ -1,0 +1,116 @@
+"""Level L4 once more: the free-form curve of a struck entry, by one engine of late.
+
+``python -m benchmarks.concealed.curves --origin COMMIT [--shard i/n] [--minutes M]`` draws causes
+that are a force along an axis by speed, place or time, strikes their entry, diagnoses, and compares
+the law that is told with the force that was planted.  It goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+import numpy as np
+from rich.progress import track
+
+from benchmarks.concealed.calibration import place_right, rate
+from benchmarks.concealed.cases import effect_cases, seed_of
+from benchmarks.concealed.curve import curve_error
+from benchmarks.concealed.distances import Entry
+from benchmarks.concealed.fold import folded
+from benchmarks.concealed.proof import RESULTS, append, commit, run_sealed, waiting
+from benchmarks.concealed.tables import ONCE, commits, cut_off
+
+STEM, REPEATS, NEAR, TARGET = "curves", 10, 0.2, 1000.0
+AXIAL = (
+    "stribeck_friction", "friction_vs_position", "quadratic_drag", "friction_warmup", "cable_drag",
+    "constant_force",
+)  # fmt: skip
+
+
+def cases() -> list[tuple[str, dict[str, Any]]]:
+    """Every effect in turn, all of E 1000; with the strike of its own entry."""
+    return [
+        (f"struck-{name}", wanted | {"catalogue": "full", "target_E": TARGET})
+        for name, wanted in effect_cases(REPEATS, "full")
+        if wanted["effect"] in AXIAL
+    ]
+
+
+def run(name: str, wanted: dict[str, Any], origin: str, out: Any) -> Entry:
+    """One sealed case, its entry struck."""
+    seals, without = out.with_suffix(".seals.jsonl"), frozenset({wanted["effect"]})
+    entry, case, _, found = run_sealed(name, seed_of(origin, name), wanted, without, seals)
+    law = next((e for e in found.document["effects"] if "knots" in e), None)
+    kept = {k: law[k] for k in ("location", "argument", "knots", "values")} if law else None
+    error = curve_error(case, found.document)
+    return entry | {"origin": origin, "law": kept, "curve_error": error}
+
+
+def section(entries: list[Entry]) -> list[str]:
+    """Lines of RESULTS.md on the outcomes; none where there are none."""
+    if not entries:
+        return []
+    told = sorted(e["curve_error"] for e in entries if e["curve_error"] is not None)
+    wrong = sum(e["outcome"] == "wrong" for e in entries)
+    open_ = [e for e in entries if e["document"]["verdict"] == "unexplained"]
+    placed = sum(place_right(e["truth"], e["document"]["located"]["coordinate"]) for e in open_)
+    one = len({e["commit"] for e in entries}) == 1
+    return [
+        "## The curve of a struck entry, once more",
+        "",
+        f"`python -m benchmarks.concealed.curves`: {len(entries)} sealed cases of {len(cases())}, "
+        f"engine at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}; "
+        f"{cut_off(entries, STEM)} cut off. " + ("One engine ran all." if one else ONCE.strip()),
+        "",
+        "Causes that are a force along an axis by speed, place or time, E 1000 asked, their entry "
+        f"deleted. Confidently misnamed: {rate(wrong, len(entries))}; `unexplained` with the right "
+        f"coordinate: {rate(placed, len(entries))}.",
+        "",
+        "Rms of the law told minus the planted force over that of the force, where a law on that "
+        f"axis is told (aim {NEAR}): {rate(sum(c <= NEAR for c in told), len(told))} within it, "
+        f"median {np.median(told) if told else np.nan:.2f}.",
+        "",
+        *folded("Case by case", _one_by_one(entries)),
+        "",
+    ]
+
+
+def _one_by_one(entries: list[Entry]) -> list[str]:
+    rows = [
+        f"| {e['name']} | {e['truth']['effects'][0]['location']} | {e['truth']['E']:.0f} | "
+        f"{e['truth']['E_sep']:.0f} | {e['document']['verdict']} | {_law(e)} | {_error(e)} |"
+        for e in entries
+    ]
+    head = "| case | at | E | E_sep | said | law | off |"
+    return [head, "|---|---|---|---|---|---|---|", *rows]
+
+
+def _law(entry: Entry) -> str:
+    law = entry["law"]
+    return f"{law['location']} by {law['argument']}" if law else "-"
+
+
+def _error(entry: Entry) -> str:
+    return "-" if entry["curve_error"] is None else f"{entry['curve_error']:.2f}"
+
+
+def main() -> None:
+    """Run the cases that are not there yet."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--origin", default=commit(), help="what the seeds follow from")
+    parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
+    parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
+    given, begun = parser.parse_args(), time.monotonic()
+    left, out = waiting(
+        cases(), given.shard, RESULTS / f"{STEM}.jsonl", lambda e: e["origin"] == given.origin
+    )
+    for name, wanted in track(left, description="struck entries"):
+        if time.monotonic() - begun > 60 * given.minutes:
+            break
+        append(out, run(name, wanted, given.origin, out))
+
+
+if __name__ == "__main__":
+    main()

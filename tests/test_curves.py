@@ -1,0 +1,50 @@
+"""What RESULTS.md says of struck entries' curves."""
+
+from __future__ import annotations
+
+from benchmarks.concealed import curves
+from benchmarks.concealed.cases import CATALOGUES
+
+
+def outcome(error: float | None, verdict: str, coordinate: str, commit: str = "abc") -> dict:
+    """One case as it is kept."""
+    planted = [{"name": "cable_drag", "location": "y", "parameters": {}}]
+    law = {"location": "y", "argument": "y", "knots": [0, 1], "values": [0, 1]}
+    return {
+        "name": "struck-cable_drag-0",
+        "seed": 1,
+        "origin": "abc",
+        "commit": commit,
+        "outcome": "wrong" if verdict == "explained" else "abstained",
+        "truth": {"kind": "effect", "effects": planted, "E": 990.0, "E_sep": 300.0},
+        "document": {
+            "verdict": verdict,
+            "located": {"coordinate": coordinate, "state": "position"},
+        },
+        "law": law if error is not None else None,
+        "curve_error": error,
+    }
+
+
+def test_the_section_counts_near_laws_right_places_and_wrong_names():
+    said = [
+        outcome(0.1, "unexplained", "y"),
+        outcome(0.4, "unexplained", "x", "def"),
+        outcome(None, "explained", "sensor"),
+    ]
+    page = " ".join(curves.section(said))
+    assert "misnamed: 1/3 = 33.3 %" in page
+    assert "right coordinate: 1/3 = 33.3 %" in page
+    assert "1/2 = 50.0 % [9.5, 90.5] within it, median 0.25" in page
+    assert "One engine ran all" not in page
+    assert "One engine ran all" in " ".join(curves.section(said[:1]))
+    assert "| struck-cable_drag-0 | y | 990 | 300 | explained | - | - |" in page
+    assert curves.section([]) == []
+
+
+def test_the_cases_are_sealed_ones_of_axial_causes_in_turn():
+    cases = curves.cases()
+    assert set(curves.AXIAL) < set(CATALOGUES["full"])
+    assert len({name for name, _ in cases}) == len(cases) == curves.REPEATS * len(curves.AXIAL)
+    assert {wanted["effect"] for _, wanted in cases[: len(curves.AXIAL)]} == set(curves.AXIAL)
+    assert all(wanted["target_E"] == curves.TARGET for _, wanted in cases)
