@@ -21,7 +21,7 @@ def outcome(error: float | None, verdict: str, coordinate: str, commit: str = "a
             "verdict": verdict,
             "located": {"coordinate": coordinate, "state": "position"},
         },
-        "law": law if error is not None else None,
+        "laws": [law] if error is not None else [],
         "curve_error": error,
     }
 

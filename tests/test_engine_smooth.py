@@ -10,10 +10,11 @@ from scipy.stats import multivariate_normal
 from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.fitting.free_form import LawShape, bending, law_errors, law_values
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
-from corexy_fmi.engine.judging.model import covariance
-from corexy_fmi.engine.naming.smooth import _log_evidence, smoothed
+from corexy_fmi.engine.judging.model import covariance, tuned_machine
+from corexy_fmi.engine.naming.smooth import _log_evidence, along_both, smoothed
 from corexy_fmi.machine import FreeForm
 
+ODD = LawShape("x", "vx", (-0.1, -0.04, -0.014, -0.005, 0.005, 0.014, 0.04, 0.1), 0.1, parity="odd")
 UNEVEN = tuple(np.sort(np.r_[0.0, np.random.default_rng(0).uniform(size=400), 1.0]))
 
 
@@ -102,6 +103,34 @@ def test_a_smooth_law_is_nearer_to_what_acts(argument, force, knots):
     assert off(told, force, at) < 0.7 * off(few, force, at)
     spread = law_errors(told, covariance(told))
     assert (spread > 0).all()
+
+
+@pytest.mark.parametrize("acts_on_y", [True, False])
+def test_a_law_acts_along_both_axes_where_that_pays(acts_on_y):
+    many = np.linspace(-0.1, 0.1, 24)
+    axes = ("x", "y") if acts_on_y else ("x",)
+    forms = tuple(
+        FreeForm(axis, f"v{axis}", tuple(many.tolist()), tuple(drag(many).tolist()))
+        for axis in axes
+    )
+    run = record(replace(machine(), free_forms=forms), rich_motion(), seed=3)
+    one = fitted(replace(problem(run, machine()), hypothesis=Hypothesis(law=ODD)))
+    found = along_both(one)
+    if not acts_on_y:
+        assert found is one
+        return
+    assert found.cost < one.cost - 50.0
+    told = smoothed(found)
+    hypothesis = told.problem.hypothesis
+    assert hypothesis.key == (("free_form", "x"), ("free_form", "y"))
+    assert hypothesis.places[0] == "xy"
+    assert [law.argument for law in hypothesis.laws] == ["vx", "vy"]
+    at = np.linspace(-0.09, 0.09, 200)
+    for law, kept in zip(hypothesis.laws, tuned_machine(told, "told").free_forms, strict=True):
+        assert kept.location == law.location
+        near = unseen(at, np.interp(at, kept.knots, kept.values)) - unseen(at, drag(at))
+        assert np.linalg.norm(near) < 0.3 * np.linalg.norm(unseen(at, drag(at)))
+        assert (law_errors(told, covariance(told), law)[law.own] > 0).all()
 
 
 def test_a_fit_without_a_law_stays_as_it_is():

@@ -43,27 +43,36 @@ def _left(force: Array, motion: dict[str, Array], axis: str) -> Array:
 
 
 def curve_error(case: Any, document: dict[str, Any]) -> float | None:
-    """Rms of law minus planted force over that of the planted force; None where there is no law
-    on the axis that was planted, or retuning holds all of that force.
+    """Rms of laws minus planted force over that of the planted force, along all axes that have a
+    law; None where none is on an axis that was planted, or retuning holds all of that force.
     """
-    law = next((e for e in document["effects"] if e["name"] == "free_form"), None)
-    if case.planted_force is None or law is None or "knots" not in law:
+    told = [e for e in document["effects"] if e["name"] == "free_form" and "knots" in e]
+    if case.planted_force is None or not told or any(e["location"] not in AXES for e in told):
         return None
-    if law["location"] not in AXES:
+    motions = [
+        _motion(case, name, speed)
+        for name, speed in zip(sorted(case.train), case.planted_force["speed"], strict=True)
+    ]
+    if any(law["argument"] not in motion for law in told for motion in motions):
         return None
-    axis, off, size, whole = AXES.index(law["location"]), 0.0, 0.0, 0.0
-    planted = (case.planted_force[k] for k in ("force", "speed", "slides"))
-    for name, force, speed, slides in zip(sorted(case.train), *planted, strict=True):
-        motion = _motion(case, name, speed)
-        if law["argument"] not in motion:
-            return None
+    sums = sum(_squares(case, law, motions) for law in told)
+    off, size, whole = np.asarray(sums)
+    return float(np.sqrt(off / size)) if size > NOTHING**2 * whole else None
+
+
+def _squares(case: Any, law: dict[str, Any], motions: list[dict[str, Array]]) -> Array:
+    """Sums of squares (3,): law minus planted force, planted force, both as far as retuning cannot
+    hold them, and all of that force.
+    """
+    axis, found = AXES.index(law["location"]), np.zeros(3)
+    planted = (case.planted_force[k] for k in ("force", "slides"))
+    for motion, force, slides in zip(motions, *planted, strict=True):
         at = slides[:, axis]
         said = np.interp(motion[law["argument"]], law["knots"], law["values"])
         if law.get("acts") == "friction":
-            said = -said * np.sign(speed[:, axis])
-        both = [_left(f[at], {k: v[at] for k, v in motion.items()}, law["location"])
-                for f in (said, force[:, axis])]  # fmt: skip
-        off += float(np.sum((both[0] - both[1]) ** 2))
-        size += float(np.sum(both[1] ** 2))
-        whole += float(np.sum(force[at, axis] ** 2))
-    return float(np.sqrt(off / size)) if size > NOTHING**2 * whole else None
+            said = -said * np.sign(motion[f"v{law['location']}"])
+        here = {k: v[at] for k, v in motion.items()}
+        own, true = (_left(f[at], here, law["location"]) for f in (said, force[:, axis]))
+        squares = np.sum((own - true) ** 2), np.sum(true**2), np.sum(force[at, axis] ** 2)
+        found += np.array(squares)
+    return found

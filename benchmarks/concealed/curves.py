@@ -42,10 +42,13 @@ def run(name: str, wanted: dict[str, Any], origin: str, out: Any) -> Entry:
     """One sealed case, its entry struck."""
     seals, without = out.with_suffix(".seals.jsonl"), frozenset({wanted["effect"]})
     entry, case, _, found = run_sealed(name, seed_of(origin, name), wanted, without, seals)
-    law = next((e for e in found.document["effects"] if "knots" in e), None)
-    kept = {k: law[k] for k in ("location", "argument", "knots", "values")} if law else None
+    kept = [
+        {k: law[k] for k in ("location", "argument", "knots", "values")}
+        for law in found.document["effects"]
+        if "knots" in law
+    ]
     error = curve_error(case, found.document)
-    return entry | {"origin": origin, "law": kept, "curve_error": error}
+    return entry | {"origin": origin, "laws": kept, "curve_error": error}
 
 
 def section(entries: list[Entry]) -> list[str]:
@@ -88,8 +91,7 @@ def _one_by_one(entries: list[Entry]) -> list[str]:
 
 
 def _law(entry: Entry) -> str:
-    law = entry["law"]
-    return f"{law['location']} by {law['argument']}" if law else "-"
+    return ", ".join(f"{a['location']} by {a['argument']}" for a in entry["laws"]) or "-"
 
 
 def _error(entry: Entry) -> str:

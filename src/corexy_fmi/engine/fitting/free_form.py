@@ -87,9 +87,10 @@ def bending(law: LawShape) -> Array:
     return np.asarray(folded[:, law.own])
 
 
-def law_places(unknowns: Sequence[Unknown]) -> list[int]:
-    """Where the values of a law stand among the unknowns."""
-    return [k for k, x in enumerate(unknowns) if x.key.startswith("free_form")]
+def law_places(unknowns: Sequence[Unknown], law: LawShape | None = None) -> list[int]:
+    """Where the values of a law, of all where none is given, stand among the unknowns."""
+    head = f"free_form.{law.location}." if law else "free_form."
+    return [k for k, x in enumerate(unknowns) if x.key.startswith(head)]
 
 
 def law_offset(layout: Layout, law: LawShape) -> int:
@@ -108,19 +109,19 @@ def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
     vector[first + 2 : first + 2 + len(law.knots)] = law.knots
 
 
-def law_values(fit: Fit) -> Array:
-    """Values (knots,) [N or N m] of a fit's law."""
-    law = fit.problem.hypothesis.law
+def law_values(fit: Fit, law: LawShape | None = None) -> Array:
+    """Values (knots,) [N or N m] of a fit's law, its first where none is given."""
+    law = law or fit.problem.hypothesis.law
     assert law is not None
     first = _values_at(fit.problem.layout, law)
     return np.asarray(fit.problem.vectors(fit.u[None], 0)[0, first : first + len(law.knots)])
 
 
-def law_errors(fit: Fit, covariance: Array) -> Array:
+def law_errors(fit: Fit, covariance: Array, law: LawShape | None = None) -> Array:
     """Standard deviations (knots,) of those, from the covariance (size, size) of u."""
-    law = fit.problem.hypothesis.law
+    law = law or fit.problem.hypothesis.law
     assert law is not None
-    own = law_places(fit.problem.unknowns)
+    own = law_places(fit.problem.unknowns, law)
     found = np.zeros(len(law.knots))
     found[law.own] = law.scale * np.sqrt(np.maximum(np.diag(covariance)[own], 0))
     return np.maximum(found, found[::-1]) if law.parity else found

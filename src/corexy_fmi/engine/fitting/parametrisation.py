@@ -79,9 +79,9 @@ class Parametrisation:
     @cached_property
     def root(self) -> Array:
         """Square root (size, size) of the prior's precision: that of a law holds it straight."""
-        found, law = np.diag(self.prior[1]), self.hypothesis.law
-        if law is not None and law.stiffness:
-            at, bent = law_places(self.unknowns), bending(law)
+        found = np.diag(self.prior[1])
+        for law in (law for law in self.hypothesis.laws if law.stiffness):
+            at, bent = law_places(self.unknowns, law), bending(law)
             precision = np.diag(self.prior[1][at] ** 2) + law.stiffness * bent.T @ bent
             found[np.ix_(at, at)] = np.linalg.cholesky(precision).T
         return found
@@ -95,9 +95,9 @@ class Parametrisation:
             shaped, extent = self.hypothesis.shaped, self._extent()
             unknowns += effect_unknowns(instance, self.machine.drive, names, shaped, extent)
             _write_defaults(base, instance)
-        if self.hypothesis.law:
-            write_law(self.layout, base, self.hypothesis.law)
-            unknowns += law_unknowns(self.layout, self.hypothesis.law)
+        for law in self.hypothesis.laws:
+            write_law(self.layout, base, law)
+            unknowns += law_unknowns(self.layout, law)
         held = dict(self.hypothesis.held)
         return tuple(x.near(held[x.key]) if x.key in held else x for x in unknowns)
 

@@ -89,10 +89,13 @@ class Unknown:
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """What is assumed to be missing: a set of (effect, location), a free-form law, or nothing."""
+    """What is assumed to be missing: a set of (effect, location), a free-form law, with that of the
+    other axis ``beside`` it or not, or nothing.
+    """
 
     uses: tuple[Instance, ...] = ()
     law: LawShape | None = None
+    beside: LawShape | None = None
     shaped: bool = False  # parameters of an effect's shape are fitted too
     held: tuple[tuple[str, float], ...] = ()  # unknowns near a number (`whole.py`, `forms.py`)
 
@@ -100,15 +103,20 @@ class Hypothesis:
     def key(self) -> tuple[tuple[str, str], ...]:
         """Names and locations, sorted."""
         found = [(i.effect.name, i.location) for i in self.uses]
-        if self.law:
-            found.append(("free_form", self.law.location))
+        found += [("free_form", law.location) for law in self.laws]
         return tuple(sorted(found))
+
+    @property
+    def laws(self) -> tuple[LawShape, ...]:
+        """The free-form laws."""
+        return tuple(law for law in (self.law, self.beside) if law is not None)
 
     @property
     def places(self) -> list[str]:
         """Coordinates (CONTRACT 4) where it acts."""
         found = [i.effect.coordinate or i.location for i in self.uses]
-        return [*found, self.law.location] if self.law else found
+        both = ["xy"] if self.beside else []
+        return [*found, *both, *(law.location for law in self.laws)]
 
     @property
     def label(self) -> str:

@@ -24,6 +24,7 @@ from corexy_fmi.engine.judging.rest import restless
 from corexy_fmi.engine.judging.steady import unsteady
 from corexy_fmi.engine.judging.verdict import Verdict, decide, harmless
 from corexy_fmi.engine.naming.entries import Competition, form_floor
+from corexy_fmi.engine.naming.smooth import as_told
 from corexy_fmi.engine.naming.specification import Leftover, leftover
 from corexy_fmi.engine.places.site import Site
 from corexy_fmi.kernel.layout import Layout
@@ -63,9 +64,10 @@ def judge(
         proof = _prove(layout, machine, competition, fit, kept, whole)
     shown = with_curve(guarded, competition)
     if shown is not guarded and shown.entry is not None:
-        seen = _prove(layout, machine, competition, shown.entry.fit, kept, whole)
+        curve = as_told(shown.entry)
+        seen = _prove(layout, machine, competition, curve.fit, kept, whole)
         if harmless(seen):
-            return shown, shown.entry.fit, seen
+            return replace(shown, entry=curve), curve.fit, seen
     return guarded, fit, proof
 
 

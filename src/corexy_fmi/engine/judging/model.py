@@ -80,9 +80,10 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
         starts = {p.name: p.neutral for p in i.effect.parameters if p.initial}
         uses.setdefault((i.effect.name, i.location), {}).update(starts)
     effects = tuple(EffectUse(n, loc, p) for (n, loc), p in uses.items())
-    law = problem.hypothesis.law
-    values = tuple(law_values(fit).tolist()) if law else ()
-    forms = (FreeForm(law.location, law.argument, law.knots, values, law.acts),) if law else ()
+    forms = tuple(
+        FreeForm(law.location, law.argument, law.knots, tuple(law_values(fit, law)), law.acts)
+        for law in problem.hypothesis.laws
+    )
     return replace(
         machine,
         name=name,

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import law_values
+from corexy_fmi.engine.fitting.free_form import LawShape, law_values
 from corexy_fmi.engine.fitting.noise import quick_noise
 from corexy_fmi.engine.judging import locate
 from corexy_fmi.engine.judging.model import (
@@ -101,10 +101,17 @@ def whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
     return COORDINATE_OF[max(sizes, key=lambda name: sizes[name])], None
 
 
-def _free_form(
+def _free_forms(
     fit: Fit, competition: Competition, verdict: Verdict, proof: Proof
+) -> list[dict[str, Any]]:
+    """An entry for each law, or one that says where the mismatch is."""
+    laws = fit.problem.hypothesis.laws or (None,)
+    return [_free_form(law, fit, competition, verdict, proof) for law in laws]
+
+
+def _free_form(
+    law: LawShape | None, fit: Fit, competition: Competition, verdict: Verdict, proof: Proof
 ) -> dict[str, Any]:
-    law = fit.problem.hypothesis.law
     entry: dict[str, Any] = {
         "name": "free_form",
         "location": law.location if law else whereabouts(verdict, proof)[0],
@@ -118,7 +125,7 @@ def _free_form(
         "description": in_words(fit, competition, verdict, proof),
     }
     if law:
-        values = law_values(fit).tolist()
+        values = law_values(fit, law).tolist()
         entry |= {"argument": law.argument, "knots": list(law.knots), "values": values}
         entry |= {} if law.acts == "force" else {"acts": law.acts}
     return entry
@@ -127,11 +134,11 @@ def _free_form(
 def effects(
     verdict: Verdict, fit: Fit, competition: Competition, proof: Proof, further: Further = ()
 ) -> list[dict[str, Any]]:
-    """The ``effects`` of the document; for ``unexplained`` the free-form law; ``further``:
+    """The ``effects`` of the document; for ``unexplained`` the free-form laws; ``further``:
     `effect_table`.
     """
     if verdict.word == "unexplained":
-        return [_free_form(fit, competition, verdict, proof)]
+        return _free_forms(fit, competition, verdict, proof)
     if verdict.entry is None or verdict.word == "nothing_missing":
         return []
     return [_effect(i, fit, competition, verdict, further) for i in verdict.entry.hypothesis.uses]

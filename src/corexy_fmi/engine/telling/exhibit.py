@@ -9,7 +9,7 @@ import numpy as np
 
 from corexy_fmi.engine.evidence import CornerSize, Evidence, Finding, Law, RunnerUp, Trace
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import law_errors, law_values
+from corexy_fmi.engine.fitting.free_form import LawShape, law_errors, law_values
 from corexy_fmi.engine.judging import locate
 from corexy_fmi.engine.judging.model import Z95, covariance, tuned_machine
 from corexy_fmi.engine.judging.prove import Proof, Replay
@@ -68,24 +68,23 @@ def _trace(proof: Proof, k: int, machine: Machine) -> Trace:
 
 
 def _law(fit: Fit) -> tuple[Law, ...]:
-    """The free-form law of a fit with its 95 % band."""
-    law = fit.problem.hypothesis.law
-    if law is None:
-        return ()
-    values, spread = law_values(fit), Z95 * law_errors(fit, covariance(fit))
-    return (
-        Law(
-            law.location,
-            law.argument,
-            ARGUMENT_UNIT[law.argument],
-            law.unit,
-            np.array(law.knots),
-            values,
-            values - spread,
-            values + spread,
-            "free_form",
-            law.acts,
-        ),
+    """The free-form laws of a fit with their 95 % bands."""
+    return tuple(_banded(fit, law) for law in fit.problem.hypothesis.laws)
+
+
+def _banded(fit: Fit, law: LawShape) -> Law:
+    values, spread = law_values(fit, law), Z95 * law_errors(fit, covariance(fit), law)
+    return Law(
+        law.location,
+        law.argument,
+        ARGUMENT_UNIT[law.argument],
+        law.unit,
+        np.array(law.knots),
+        values,
+        values - spread,
+        values + spread,
+        "free_form",
+        law.acts,
     )
 
 

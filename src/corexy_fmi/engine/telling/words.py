@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import law_values
+from corexy_fmi.engine.fitting.free_form import LawShape, law_values
 from corexy_fmi.engine.judging.period import period
 from corexy_fmi.engine.judging.prove import Proof
 from corexy_fmi.engine.judging.verdict import Verdict
@@ -30,7 +30,12 @@ def _law(fit: Fit, verdict: Verdict) -> str:
     law = fit.problem.hypothesis.law
     if law is None:
         return f"no catalogued effect and no law explains the mismatch: {verdict.reason}"
-    values = law_values(fit)
+    return " and ".join(_shape(fit, law) for law in fit.problem.hypothesis.laws)
+
+
+def _shape(fit: Fit, law: LawShape) -> str:
+    """A law's place, argument, parity and size."""
+    values = law_values(fit, law)
     size, odd = (values.max() - values.min()) / 2, f", {law.parity}" if law.parity else ""
     what = "a force on" if law.acts == "force" else "a Coulomb friction of"
     where = f"{what} {law.location} that depends on {law.argument}{odd}"
