@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine_kit import fitted, machine, problem, record, rich_motion
+from engine_kit import fitted, machine, pair, problem, record, rich_motion
 from scipy.stats import multivariate_normal
 
+from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.fitting.free_form import LawShape, bending, law_errors, law_values
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
@@ -131,6 +132,30 @@ def test_a_law_acts_along_both_axes_where_that_pays(acts_on_y):
         near = unseen(at, np.interp(at, kept.knots, kept.values)) - unseen(at, drag(at))
         assert np.linalg.norm(near) < 0.3 * np.linalg.norm(unseen(at, drag(at)))
         assert (law_errors(told, covariance(told), law)[law.own] > 0).all()
+
+
+def waves(place):
+    return 0.25 * np.sin(2 * np.pi * place / 0.03) * np.exp(-((place / 0.02) ** 2))
+
+
+@pytest.mark.long
+def test_a_diagnosis_tells_what_is_missing_along_both_axes():
+    many = np.linspace(-0.03, 0.04, 24)
+    known = (tuple(many.tolist()), tuple(waves(many).tolist()))
+    forms = tuple(FreeForm(axis, axis, *known) for axis in "xy")
+    found = diagnose(*pair(replace(machine(), free_forms=forms)), machine(), jobs=2)
+    document = found.document
+    assert document["verdict"] == "unexplained"
+    told = {e["location"]: e for e in document["effects"]}
+    assert {e["name"] for e in document["effects"]} == {"free_form"}
+    assert set(told) == {"x", "y"}
+    assert document["located"]["coordinate"] == "xy"
+    assert document["heldout"]["excess_removed"] > 0.9
+    for axis, effect in told.items():
+        assert effect["argument"] == axis
+        assert f"depends on {axis}" in effect["description"]
+    assert {law.location for law in found.machine.free_forms} == {"x", "y"}
+    assert {law.coordinate for law in found.evidence.laws} == {"x", "y"}
 
 
 def test_a_fit_without_a_law_stays_as_it_is():

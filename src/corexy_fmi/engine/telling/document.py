@@ -21,7 +21,7 @@ from corexy_fmi.engine.judging.prove import Proof, Replay
 from corexy_fmi.engine.judging.verdict import Verdict, excess_removed
 from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, told
 from corexy_fmi.engine.naming.screen import Lead
-from corexy_fmi.engine.telling.words import in_words
+from corexy_fmi.engine.telling.words import in_words, shape
 from corexy_fmi.kernel.layout import Instance
 from corexy_fmi.machine import Machine
 from corexy_fmi.topology import STAGES
@@ -104,9 +104,12 @@ def whereabouts(verdict: Verdict, proof: Proof) -> tuple[str, str | None]:
 def _free_forms(
     fit: Fit, competition: Competition, verdict: Verdict, proof: Proof
 ) -> list[dict[str, Any]]:
-    """An entry for each law, or one that says where the mismatch is."""
-    laws = fit.problem.hypothesis.laws or (None,)
-    return [_free_form(law, fit, competition, verdict, proof) for law in laws]
+    """An entry for each law, the first with all that is to be said of the mismatch; one without
+    where there is no law.
+    """
+    first, *beside = fit.problem.hypothesis.laws or (None,)
+    told = _free_form(first, fit, competition, verdict, proof)
+    return [told, *({**told, **_own(law, fit), "description": shape(fit, law)} for law in beside)]
 
 
 def _free_form(
@@ -124,11 +127,15 @@ def _free_form(
         "check": "",
         "description": in_words(fit, competition, verdict, proof),
     }
-    if law:
-        values = law_values(fit, law).tolist()
-        entry |= {"argument": law.argument, "knots": list(law.knots), "values": values}
-        entry |= {} if law.acts == "force" else {"acts": law.acts}
-    return entry
+    return entry | _own(law, fit) if law else entry
+
+
+def _own(law: LawShape, fit: Fit) -> dict[str, Any]:
+    """What an entry holds of one law."""
+    values = law_values(fit, law).tolist()
+    acts = {} if law.acts == "force" else {"acts": law.acts}
+    where = {"location": law.location, "argument": law.argument}
+    return where | {"knots": list(law.knots), "values": values} | acts
 
 
 def effects(

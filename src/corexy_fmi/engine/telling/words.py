@@ -30,11 +30,11 @@ def _law(fit: Fit, verdict: Verdict) -> str:
     law = fit.problem.hypothesis.law
     if law is None:
         return f"no catalogued effect and no law explains the mismatch: {verdict.reason}"
-    return " and ".join(_shape(fit, law) for law in fit.problem.hypothesis.laws)
+    return shape(fit, law)
 
 
-def _shape(fit: Fit, law: LawShape) -> str:
-    """A law's place, argument, parity and size."""
+def shape(fit: Fit, law: LawShape) -> str:
+    """In words a law's place, argument, parity and size."""
     values = law_values(fit, law)
     size, odd = (values.max() - values.min()) / 2, f", {law.parity}" if law.parity else ""
     what = "a force on" if law.acts == "force" else "a Coulomb friction of"
