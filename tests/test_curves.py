@@ -6,7 +6,9 @@ from benchmarks.concealed import curves
 from benchmarks.concealed.cases import CATALOGUES
 
 
-def outcome(error: float | None, verdict: str, coordinate: str, commit: str = "abc") -> dict:
+def outcome(
+    error: float | None, verdict: str, coordinate: str, commit: str = "abc", near: float = 300.0
+) -> dict:
     """One case as it is kept."""
     planted = [{"name": "cable_drag", "location": "y", "parameters": {}}]
     law = {"location": "y", "argument": "y", "knots": [0, 1], "values": [0, 1]}
@@ -16,7 +18,7 @@ def outcome(error: float | None, verdict: str, coordinate: str, commit: str = "a
         "origin": "abc",
         "commit": commit,
         "outcome": "wrong" if verdict == "explained" else "abstained",
-        "truth": {"kind": "effect", "effects": planted, "E": 990.0, "E_sep": 300.0},
+        "truth": {"kind": "effect", "effects": planted, "E": 990.0, "E_sep": near},
         "document": {
             "verdict": verdict,
             "located": {"coordinate": coordinate, "state": "position"},
@@ -31,9 +33,11 @@ def test_the_section_counts_near_laws_right_places_and_wrong_names():
         outcome(0.1, "unexplained", "y"),
         outcome(0.4, "unexplained", "x", "def"),
         outcome(None, "explained", "sensor"),
+        outcome(None, "explained", "y", near=20.0),
     ]
     page = " ".join(curves.section(said))
-    assert "misnamed: 1/3 = 33.3 %" in page
+    assert "misnamed: 2/4 = 50.0 %" in page
+    assert "(E_sep >= 100) 1/3 = 33.3 %" in page
     assert "right coordinate: 1/3 = 33.3 %" in page
     assert "1/2 = 50.0 % [9.5, 90.5] within it, median 0.25" in page
     assert "One engine ran all" not in page
