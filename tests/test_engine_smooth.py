@@ -9,7 +9,14 @@ from scipy.stats import multivariate_normal
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import LawShape, bending, law_errors, law_values
+from corexy_fmi.engine.fitting.free_form import (
+    WIDE,
+    LawShape,
+    bending,
+    law_errors,
+    law_places,
+    law_values,
+)
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.model import covariance, tuned_machine
 from corexy_fmi.engine.naming.smooth import _log_evidence, along_both, smoothed
@@ -51,6 +58,19 @@ def test_the_evidence_is_that_of_the_gaussian_it_stands_for():
     ]
     ours = [_log_evidence(known, free, p, values) for p in prices]
     assert ours[1] - ours[0] == pytest.approx(direct[1] - direct[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e13])
+def test_a_stiff_law_has_the_prior_that_it_says(stiffness):
+    law = LawShape("x", "vx", (-0.1, -0.02, -0.003, 0.003, 0.02, 0.1), 0.1, stiffness=stiffness)
+    run = record(machine(), rich_motion())
+    asked = replace(problem(run, machine()), hypothesis=Hypothesis(law=law))
+    at = law_places(asked.unknowns, law)
+    u, values = np.zeros(asked.size), np.array([0.3, -0.1, 0.4, 0.2, 0.0, 0.5])
+    u[at] = values
+    told = np.sum(asked.residual(u[None])[0, -asked.size :] ** 2)
+    wanted = np.sum(values**2) / WIDE**2 + stiffness * np.sum((bending(law) @ values) ** 2)
+    assert told == pytest.approx(wanted, rel=1e-9)
 
 
 def unseen(knots, values) -> np.ndarray:

@@ -82,8 +82,8 @@ class Parametrisation:
         found = np.diag(self.prior[1])
         for law in (law for law in self.hypothesis.laws if law.stiffness):
             at, bent = law_places(self.unknowns, law), bending(law)
-            precision = np.diag(self.prior[1][at] ** 2) + law.stiffness * bent.T @ bent
-            found[np.ix_(at, at)] = np.linalg.cholesky(precision).T
+            rows = np.vstack([np.diag(self.prior[1][at]), np.sqrt(law.stiffness) * bent])
+            found[np.ix_(at, at)] = np.linalg.qr(rows)[1]
         return found
 
     def _collected(self, base: Array) -> tuple[Unknown, ...]:

@@ -66,7 +66,7 @@ def along_both(fit: Fit) -> Fit:
 
 def smoothed(fit: Fit) -> Fit:
     """Free-form laws with all knots that there is room for, as smooth as is most probable; any
-    other fit as it is, and one that more than noise would be lost of.
+    other fit, and one that would lose more than noise by it, as it is.
     """
     if fit.problem.hypothesis.law is None:
         return fit
