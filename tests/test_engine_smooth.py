@@ -1,6 +1,7 @@
 """A free-form law as smooth as its data ask: the prior, its weight, and what it does to a curve."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from corexy_fmi.engine.fitting.free_form import (
 )
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.model import covariance, tuned_machine
-from corexy_fmi.engine.naming.smooth import _log_evidence, along_both, smoothed
+from corexy_fmi.engine.naming.smooth import along_both, log_evidence, smoothed
 from corexy_fmi.machine import FreeForm
 
 ODD = LawShape("x", "vx", (-0.1, -0.04, -0.014, -0.005, 0.005, 0.014, 0.04, 0.1), 0.1, parity="odd")
@@ -45,19 +46,29 @@ def test_a_half_bends_as_the_whole_does(knots, parity, sign):
 
 
 def test_the_evidence_is_that_of_the_gaussian_it_stands_for():
-    """Of y = A v + noise under v ~ N(0, (free + price)^-1), up to what no price changes."""
+    """Of y = A v + B w + noise under v ~ N(0, (root' root)^-1), but for what no root changes."""
     random = np.random.default_rng(1)
-    a, y, free = random.normal(size=(7, 3)), random.normal(size=7), 0.1 * np.eye(3)
-    half = random.normal(size=(2, 3))
-    prices = [0.3 * half.T @ half, 20.0 * half.T @ half]
-    known = a.T @ a + free
-    values = np.linalg.solve(known, a.T @ y)
-    direct = [
-        multivariate_normal.logpdf(y, cov=np.eye(7) + a @ np.linalg.inv(free + p) @ a.T)
-        for p in prices
-    ]
-    ours = [_log_evidence(known, free, p, values) for p in prices]
-    assert ours[1] - ours[0] == pytest.approx(direct[1] - direct[0], rel=1e-9)
+    a, b, y = random.normal(size=(9, 3)), random.normal(size=(9, 2)), random.normal(size=9)
+    rest = np.diag([0.7, 1.3])
+    told, direct = [], []
+    for weight in (0.3, 20.0):
+        own = np.linalg.qr(np.vstack([0.3 * np.eye(3), weight * random.normal(size=(2, 3))]))[1]
+        root = np.block([[own, np.zeros((3, 2))], [np.zeros((2, 3)), rest]])
+        rows = np.vstack([np.hstack([a, b]), root])
+        asked = np.r_[y, np.zeros(5)]
+        u = np.linalg.lstsq(rows, asked)[0]
+        unknowns = [SimpleNamespace(key=f"free_form.x.values[{k}]") for k in range(3)]
+        unknowns += [SimpleNamespace(key="carriage_mass")] * 2
+        hypothesis = SimpleNamespace(laws=(SimpleNamespace(location="x"),))
+        fit = SimpleNamespace(
+            problem=SimpleNamespace(hypothesis=hypothesis, unknowns=unknowns, root=root),
+            cost=0.5 * np.sum((asked - rows @ u) ** 2),
+            jacobian=rows,
+        )
+        told.append(log_evidence(fit))
+        seen = a @ np.linalg.inv(own.T @ own) @ a.T + b @ np.linalg.inv(rest.T @ rest) @ b.T
+        direct.append(multivariate_normal.logpdf(y, cov=np.eye(9) + seen))
+    assert told[1] - told[0] == pytest.approx(direct[1] - direct[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e13])

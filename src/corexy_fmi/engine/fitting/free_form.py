@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from corexy_fmi.engine.fitting.fit import Fit
 
 PARITIES = {"odd": -1.0, "even": 1.0}  # the value at -v over that at v
+SPEEDS = ("vx", "vy")
 WIDE, FINITE = 30.0, 1e4  # prior and bound of a value, in its scale
 
 
@@ -70,8 +71,9 @@ def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
 
 
 def bending(law: LawShape) -> Array:
-    """What a law's values u (own,) bend, (knots - 2, own): its integrated square of the second
-    derivative over the argument, whose range is one, is the square of these.
+    """What a law's values u (own,) bend, (rows, own): the integral of its squared second derivative
+    over the argument, whose range is one, is the square of these.  A jump of friction where a speed
+    turns is not bending: each way is a piece of its own.
     """
     at = np.array(law.knots) / (law.knots[-1] - law.knots[0])
     gaps, middle = np.diff(at), np.arange(len(at) - 2)
@@ -80,6 +82,8 @@ def bending(law: LawShape) -> Array:
     whole[middle, middle + 1] = -1 / gaps[:-1] - 1 / gaps[1:]
     whole[middle, middle + 2] = 1 / gaps[1:]
     whole *= np.sqrt(2 / (gaps[:-1] + gaps[1:]))[:, None]
+    if law.argument in SPEEDS:
+        whole = whole[at[:-2] * at[2:] > 0]
     if not law.parity:
         return whole
     folded = whole + PARITIES[law.parity] * whole[:, ::-1]

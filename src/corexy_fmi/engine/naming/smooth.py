@@ -2,8 +2,7 @@
 
 Few knots cannot follow a curve, many follow the noise.  So a law gets all that there is room for,
 and a prior under which a curve that bends more is less likely; how much less is chosen where the
-data are most probable (MacKay, Neural Computation 4(3), 1992, doi:10.1162/neco.1992.4.3.415), in
-the linearised problem, with all other unknowns free.
+data are most probable (MacKay, Neural Computation 4(3), 1992, doi:10.1162/neco.1992.4.3.415).
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import KNOTS
 from corexy_fmi.machine.laws import AXES
 
-RELATIVE = np.logspace(-6.0, 4.0, 41)  # weights of bending, in units of the data's own
+LADDER = np.logspace(2.0, -5.0, 8)  # weights of bending, in units of the data's own
 ITERATIONS = 6
 OTHER = {"vx": "vy", "vy": "vx", "x": "y", "y": "x"}  # what a law of the other axis depends on
 
@@ -65,18 +64,35 @@ def along_both(fit: Fit) -> Fit:
 
 
 def smoothed(fit: Fit) -> Fit:
-    """Free-form laws with all knots that there is room for, as smooth as is most probable; any
-    other fit, and one that would lose more than noise by it, as it is.
+    """The most probable of free-form laws as they are and laws on all knots that there is room for,
+    held straight at first, then less and less; any other fit as it is.
+
+    Begun with wiggles a law keeps them: they stand in for nominal parameters that are off.
     """
     if fit.problem.hypothesis.law is None:
         return fit
-    many = _with_finer_knots(fit)
-    stiff = [
-        replace(law, stiffness=_most_probable(many, law)) for law in many.problem.hypothesis.laws
-    ]
-    bent = _of(many, stiff, [law_values(many, law) for law in stiff])
-    lost = bent.cost - _prior_of_bending(bent) - many.cost
-    return bent if lost < len(law_places(many.problem.unknowns)) else fit
+    many, found = _with_finer_knots(fit), [fit]
+    units = [_unit(many, law) for law in many.problem.hypothesis.laws]
+    last = many
+    for share in LADDER:
+        known = last.problem.hypothesis.laws
+        held = [replace(k, stiffness=float(share * unit)) for k, unit in zip(known, units, strict=True)]
+        last = _of(last, held, [law_values(last, law) for law in known])
+        found.append(last)
+    return max(found, key=log_evidence)
+
+
+def log_evidence(fit: Fit) -> float:
+    """Log probability [nats] of the data under the laws of a fit, whatever their values (Laplace);
+    but for what no law changes.
+    """
+    problem, laws_ = fit.problem, fit.problem.hypothesis.laws
+    at = [k for law in laws_ for k in law_places(problem.unknowns, law)]
+    if not np.isfinite(fit.cost):
+        return -np.inf
+    prior = problem.root[np.ix_(at, at)]
+    volume = np.linalg.slogdet(fit.jacobian.T @ fit.jacobian)[1]
+    return float(-fit.cost - 0.5 * volume + np.linalg.slogdet(prior)[1])
 
 
 def _with_finer_knots(fit: Fit) -> Fit:
@@ -108,37 +124,7 @@ def _of(fit: Fit, shapes: Sequence[LawShape], values: Sequence[Array]) -> Fit:
     return minimise(problem, start, ITERATIONS)
 
 
-def _most_probable(fit: Fit, law: LawShape) -> float:
-    """The weight of a law's bending under which the data are most probable."""
-    at, bent = law_places(fit.problem.unknowns, law), bending(law)
-    known, price = _learnt(fit, at), bent.T @ bent
-    free = np.diag(fit.problem.prior[1][at] ** 2)
-    weights = RELATIVE * np.trace(known) / np.trace(price)
-    return float(max(weights, key=lambda w: _log_evidence(known, free, w * price, fit.u[at])))
-
-
-def _log_evidence(known: Array, free: Array, price: Array, values: Array) -> float:
-    """Log probability of the data, but for what no price changes: precision ``known`` of the
-    ``values`` that fit best, ``free`` of the prior in it, ``price`` of bending beside.
-    """
-    total = known + price
-    pulled = known @ values
-    cost = 0.5 * (values @ pulled - pulled @ np.linalg.solve(total, pulled))
-    return float(-cost - 0.5 * (np.linalg.slogdet(total)[1] - np.linalg.slogdet(free + price)[1]))
-
-
-def _learnt(fit: Fit, at: list[int]) -> Array:
-    """Precision (k, k) of some unknowns, all others free."""
-    normal, own = fit.jacobian.T @ fit.jacobian, np.array(at)
-    others = np.setdiff1d(np.arange(len(normal)), own)
-    across, rest = normal[np.ix_(own, others)], normal[np.ix_(others, others)]
-    return np.asarray(normal[np.ix_(own, own)] - across @ np.linalg.lstsq(rest, across.T)[0])
-
-
-def _prior_of_bending(fit: Fit) -> float:
-    """What bending costs a fit [nats]."""
-    bent = [
-        law.stiffness * np.sum((bending(law) @ fit.u[law_places(fit.problem.unknowns, law)]) ** 2)
-        for law in fit.problem.hypothesis.laws
-    ]
-    return float(0.5 * sum(bent))
+def _unit(fit: Fit, law: LawShape) -> float:
+    """The weight of a law's bending that tells as much of its values as the data do."""
+    own = fit.jacobian[:, law_places(fit.problem.unknowns, law)]
+    return float(np.sum(own**2) / max(np.sum(bending(law) ** 2), 1e-300))
