@@ -76,7 +76,9 @@ def smoothed(fit: Fit) -> Fit:
     last = many
     for share in LADDER:
         known = last.problem.hypothesis.laws
-        held = [replace(k, stiffness=float(share * unit)) for k, unit in zip(known, units, strict=True)]
+        held = [
+            replace(k, stiffness=float(share * unit)) for k, unit in zip(known, units, strict=True)
+        ]
         last = _of(last, held, [law_values(last, law) for law in known])
         found.append(last)
     return max(found, key=log_evidence)
