@@ -14,6 +14,7 @@ import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit, minimise
 from corexy_fmi.engine.fitting.free_form import LawShape, bending, law_places, law_values
+from corexy_fmi.engine.fitting.rough import softened
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.candidates import finer, laws
 from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, Entry
@@ -39,7 +40,7 @@ def as_told(entry: Entry) -> Entry:
     """A free-form law along both axes where that pays, and smooth; what it gains, by which it won,
     stays as it was.
     """
-    fit = smoothed(along_both(entry.fit))
+    fit = softened(smoothed(along_both(entry.fit)))
     return replace(entry, hypothesis=fit.problem.hypothesis, fit=fit)
 
 
@@ -71,27 +72,23 @@ def smoothed(fit: Fit) -> Fit:
     """
     if fit.problem.hypothesis.law is None:
         return fit
-    many, found = _with_finer_knots(fit), [fit]
-    units = [_unit(many, law) for law in many.problem.hypothesis.laws]
-    last = many
-    for share in LADDER:
-        known = last.problem.hypothesis.laws
-        held = [
-            replace(k, stiffness=float(share * unit)) for k, unit in zip(known, units, strict=True)
-        ]
-        last = _of(last, held, [law_values(last, law) for law in known])
-        found.append(last)
-    return max(found, key=log_evidence)
+    last, best = _with_finer_knots(fit), replace(fit, slopes=None)
+    units, most = [_unit(last, law) for law in last.problem.hypothesis.laws], log_evidence(best)
+    for share in LADDER:  # of fits on the way none is kept: a long recording's has a large Jacobian
+        last = _held(last, [share * unit for unit in units])
+        told = log_evidence(last)
+        best, most = (last, told) if told > most else (best, most)
+    return best
 
 
 def log_evidence(fit: Fit) -> float:
     """Log probability [nats] of the data under the laws of a fit, whatever their values (Laplace);
     but for what no law changes.
     """
-    problem, laws_ = fit.problem, fit.problem.hypothesis.laws
-    at = [k for law in laws_ for k in law_places(problem.unknowns, law)]
+    problem = fit.problem
     if not np.isfinite(fit.cost):
         return -np.inf
+    at = [k for law in problem.hypothesis.laws for k in law_places(problem.unknowns, law)]
     prior = problem.root[np.ix_(at, at)]
     volume = np.linalg.slogdet(fit.jacobian.T @ fit.jacobian)[1]
     return float(-fit.cost - 0.5 * volume + np.linalg.slogdet(prior)[1])
@@ -106,6 +103,13 @@ def _with_finer_knots(fit: Fit) -> Fit:
         for new, law in zip(many, known, strict=True)
     ]
     return _of(fit, many, values)
+
+
+def _held(fit: Fit, stiffness: Sequence[float]) -> Fit:
+    """The fit of laws once more, each held straight so strongly."""
+    known = fit.problem.hypothesis.laws
+    held = [replace(k, stiffness=float(s)) for k, s in zip(known, stiffness, strict=True)]
+    return _of(fit, held, [law_values(fit, law) for law in known])
 
 
 def _fine(law: LawShape) -> LawShape:
