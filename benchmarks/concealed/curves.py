@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def cases() -> list[tuple[str, dict[str, Any]]]:
     ]
 
 
-def run(name: str, wanted: dict[str, Any], origin: str, out: Any) -> Entry:
+def run(name: str, wanted: dict[str, Any], origin: str, out: Path) -> Entry:
     """One sealed case, its entry struck."""
     seals, without = out.with_suffix(".seals.jsonl"), frozenset({wanted["effect"]})
     entry, case, _, found = run_sealed(name, seed_of(origin, name), wanted, without, seals)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, fine, minimise, settle
-from corexy_fmi.engine.fitting.free_form import PARITIES, halved, law_places, law_values
+from corexy_fmi.engine.fitting.free_form import PARITIES, LawShape, halved, law_places, law_values
 from corexy_fmi.engine.fitting.restart import LEADER, begun, best
 from corexy_fmi.engine.fitting.rough import across, unstuck
 from corexy_fmi.engine.fitting.starts import astray, centred
@@ -35,12 +36,22 @@ def refined(fit: Fit) -> Fit:
     law = fit.problem.hypothesis.law
     if law is None:
         return fit
-    at, twice = law_places(fit.problem.unknowns), finer(law)
-    problem = replace(fit.problem, hypothesis=Hypothesis(law=twice))
-    values = np.interp(twice.knots, law.knots, law_values(fit) / law.scale)[twice.own]
-    start = np.concatenate([fit.u[: at[0]], values, fit.u[at[-1] + 1 :]])
-    again = settle(minimise(problem, start, 8))
+    twice = finer(law)
+    again = settle(with_laws(fit, [twice], [np.interp(twice.knots, law.knots, law_values(fit))]))
     return again if rank(again) < rank(fit) else fit
+
+
+def with_laws(fit: Fit, shapes: Sequence[LawShape], values: Sequence[Array]) -> Fit:
+    """The problem of a fit with these laws, fitted from where that ended and from these values
+    (knots,) of each.
+    """
+    first, *beside = shapes
+    hypothesis = Hypothesis(law=first, beside=beside[0] if beside else None)
+    problem = replace(fit.problem, hypothesis=hypothesis)
+    start = problem.carried(fit.problem, fit.u)
+    for law, own in zip(hypothesis.laws, values, strict=True):
+        start[law_places(problem.unknowns, law)] = own[law.own] / law.scale
+    return minimise(problem, start, AGAIN)
 
 
 def recentred(fit: Fit, mapper: Mapper) -> Fit:

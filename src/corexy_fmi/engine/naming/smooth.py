@@ -12,19 +12,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.fitting.free_form import LawShape, bending, law_places, law_values
 from corexy_fmi.engine.fitting.rough import softened
-from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming.again import with_laws
 from corexy_fmi.engine.naming.candidates import finer, laws
 from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.naming.search import rank
-from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import KNOTS
 from corexy_fmi.machine.laws import AXES
 
 LADDER = np.logspace(2.0, -5.0, 8)  # weights of bending, in units of the data's own
-ITERATIONS = 6
 OTHER = {"vx": "vy", "vy": "vx", "x": "y", "y": "x"}  # what a law of the other axis depends on
 
 
@@ -60,7 +58,7 @@ def along_both(fit: Fit) -> Fit:
     ]
     if not like:
         return fit
-    both = _of(fit, (law, like[0]), [law_values(fit), np.zeros(len(like[0].knots))])
+    both = with_laws(fit, (law, like[0]), [law_values(fit), np.zeros(len(like[0].knots))])
     return both if rank(both) < rank(fit) - THRESHOLD else fit
 
 
@@ -102,32 +100,19 @@ def _with_finer_knots(fit: Fit) -> Fit:
         np.interp(new.knots, law.knots, law_values(fit, law))
         for new, law in zip(many, known, strict=True)
     ]
-    return _of(fit, many, values)
+    return with_laws(fit, many, values)
 
 
 def _held(fit: Fit, stiffness: Sequence[float]) -> Fit:
     """The fit of laws once more, each held straight so strongly."""
     known = fit.problem.hypothesis.laws
     held = [replace(k, stiffness=float(s)) for k, s in zip(known, stiffness, strict=True)]
-    return _of(fit, held, [law_values(fit, law) for law in known])
+    return with_laws(fit, held, [law_values(fit, law) for law in known])
 
 
 def _fine(law: LawShape) -> LawShape:
     twice = finer(law)
     return _fine(twice) if len(twice.knots) <= KNOTS else law
-
-
-def _of(fit: Fit, shapes: Sequence[LawShape], values: Sequence[Array]) -> Fit:
-    """The problem of a fit with these laws, fitted from where that ended and from these values
-    (knots,) of each.
-    """
-    first, *beside = shapes
-    hypothesis = Hypothesis(law=first, beside=beside[0] if beside else None)
-    problem = replace(fit.problem, hypothesis=hypothesis)
-    start = problem.carried(fit.problem, fit.u)
-    for law, own in zip(hypothesis.laws, values, strict=True):
-        start[law_places(problem.unknowns, law)] = own[law.own] / law.scale
-    return minimise(problem, start, ITERATIONS)
 
 
 def _unit(fit: Fit, law: LawShape) -> float:

@@ -67,7 +67,7 @@ def _trace(proof: Proof, k: int, machine: Machine) -> Trace:
     )
 
 
-def _law(fit: Fit) -> tuple[Law, ...]:
+def _laws(fit: Fit) -> tuple[Law, ...]:
     """The free-form laws of a fit with their 95 % bands."""
     return tuple(_banded(fit, law) for law in fit.problem.hypothesis.laws)
 
@@ -158,7 +158,7 @@ def exhibit(
     return Evidence(
         traces=traces,
         missing_forces=locate.missing_forces(proof, machine),
-        laws=_law(fit),
+        laws=_laws(fit),
         spectra=locate.spectra(proof),
         runners_up=_runners_up(competition),
         corner=_corner(proof, fit, machine) if verdict.word != "nothing_missing" else None,
