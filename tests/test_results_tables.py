@@ -158,7 +158,7 @@ def test_distances_to_the_truth_of_older_cases_with_a_known_zero_are_left_out(
 
 
 def test_a_second_round_has_tables_of_its_own() -> None:
-    entries = render.run_of("full")[:70]
+    entries = render.outcomes("full")[:70]
     lines = render.again(entries)
     assert "70 sealed cases so far" in lines[2]
     assert lines[4].startswith("| measure | aim | measured")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.concealed import render, seeds
+from benchmarks.concealed import proof, render, seeds
 from benchmarks.concealed.proof import waiting
 from benchmarks.concealed.render import MARKS
 
@@ -41,7 +41,7 @@ def test_the_score_counts_classes_of_near_twins_alone(
     text = "".join(json.dumps(line) + "\n" for line in lines)
     (tmp_path / "seeds.0.jsonl").write_text(text, encoding="utf-8")
     (tmp_path / "seeds.0.seals.jsonl").write_text(5 * "{}\n", encoding="utf-8")
-    monkeypatch.setattr(seeds, "RESULTS", tmp_path)
+    monkeypatch.setattr(proof, "RESULTS", tmp_path)
     page = "\n".join(seeds.section())
     assert "2/4 = 50.0 %" in page
     assert "1/4 = 25.0 %" in page
@@ -72,7 +72,7 @@ def test_the_score_counts_classes_of_near_twins_alone(
     newest = "Of these, the last 1, by one engine: as asked 1/1 = 100.0 %"
     assert newest in " ".join(render.score_in(readme).split())
     assert newest in "\n".join(seeds.section(seeds.LATER))
-    assert {e["commit"] for e in seeds.stored()} == {"abc"}
+    assert {e["commit"] for e in proof.outcomes("seeds")} == {"abc"}
     (tmp_path / "newest.jsonl").write_text(text, encoding="utf-8")
     told = " ".join(render.score_in(readme).split())
     assert "Over 4 of the seeds 200 to 299, by engines after those: as asked 3/4" in told

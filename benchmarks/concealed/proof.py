@@ -18,6 +18,7 @@ import plant
 from rich.progress import track
 
 from benchmarks.concealed.blind import Given, load
+from benchmarks.concealed.bounds import bounded
 from benchmarks.concealed.cases import CATALOGUES, published, seed_of, strikes
 from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.held import kept_back, reached, removed
@@ -53,6 +54,17 @@ def read(path: Path) -> list[dict[str, Any]]:
         except ValueError:
             continue
     return entries
+
+
+def outcomes(stem: str) -> list[dict[str, Any]]:
+    """All outcomes of a run, whatever its shards."""
+    paths = sorted(p for p in RESULTS.glob(f"{stem}*.jsonl") if "seals" not in p.name)
+    return [entry for path in paths for entry in read(path)]
+
+
+def seals(stem: str) -> list[dict[str, Any]]:
+    """All seals of a run, whatever its shards."""
+    return [seal for path in RESULTS.glob(f"{stem}*.seals.jsonl") for seal in read(path)]
 
 
 def kept_of(found: Diagnosis) -> dict[str, Any]:
@@ -117,6 +129,7 @@ def run_sealed(
         "removed": removed(case, found),
         "reached": reached(case, found),
         "kept_back": kept_back(case, found),
+        "bounds": bounded(found.document, case.truth),
         "commit": commit(),
     }
     return entry, case, given, found

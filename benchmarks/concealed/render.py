@@ -8,12 +8,12 @@ from collections import Counter
 from pathlib import Path
 from textwrap import fill
 
-from benchmarks.concealed import curves, others, seeds
+from benchmarks.concealed import curves, faint, others, seeds
 from benchmarks.concealed.calibration import section
 from benchmarks.concealed.cases import published
 from benchmarks.concealed.distances import Entry, overstated, removal
 from benchmarks.concealed.fold import folded
-from benchmarks.concealed.proof import RESULTS, read
+from benchmarks.concealed.proof import RESULTS, outcomes, read
 from benchmarks.concealed.settle import section as settled
 from benchmarks.concealed.tables import (
     FULL_AIMS,
@@ -59,12 +59,6 @@ def earlier() -> list[str]:
     return [*lines, ""]
 
 
-def run_of(stem: str) -> list[Entry]:
-    """All outcomes of a run, whatever its shards."""
-    paths = sorted(p for p in RESULTS.glob(f"{stem}*.jsonl") if "seals" not in p.name)
-    return [e for path in paths for e in read(path)]
-
-
 def tables(
     entries: list[Entry],
     stem: str,
@@ -76,6 +70,7 @@ def tables(
     return [
         *headline(entries, aims, latest),
         "",
+        *(faint.section(entries) if stem in faint.RUNS else []),
         *removal(entries),
         *overstated(entries),
         "### Levels of concealment",
@@ -192,9 +187,9 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         "700 and more count.",
         "",
         *(full(now) if now else []),
-        *(again(anew) if (anew := run_of(AGAIN)) else []),
-        *others.section(run_of(others.STEM)),
-        *curves.section(run_of(curves.STEM)),
+        *(again(anew) if (anew := outcomes(AGAIN)) else []),
+        *others.section(outcomes(others.STEM)),
+        *curves.section(outcomes(curves.STEM)),
         *settled(),
         *(line for part in seeds.SEEDS for line in seeds.section(part)),
         *thresholds([*read(RESULTS / "earlier.jsonl"), *before], [*seeds.every(), *now]),
@@ -225,7 +220,7 @@ def main() -> None:
     """Write RESULTS.md, and the score into README.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("RESULTS.md"))
-    given, now, before = parser.parse_args(), run_of("full"), run_of("proof")
+    given, now, before = parser.parse_args(), outcomes("full"), outcomes("proof")
     given.out.write_text(page(now, before), encoding="utf-8")
     readme = Path("README.md")
     readme.write_text(score_in(readme.read_text(encoding="utf-8")), encoding="utf-8")

@@ -15,10 +15,11 @@ from typing import Any
 
 from rich.progress import track
 
+from benchmarks.concealed import faint
 from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.calibration import section as trusted
 from benchmarks.concealed.distances import overstated, removal
-from benchmarks.concealed.proof import RESULTS, append, read, run_sealed, waiting
+from benchmarks.concealed.proof import RESULTS, append, outcomes, run_sealed, seals, waiting
 from benchmarks.concealed.score import fulfilled
 from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline
 
@@ -26,20 +27,14 @@ FIRST, LATER, NEWEST = "seeds", "later", "newest"  # rounds, and their files' na
 SEEDS = {FIRST: range(200), LATER: range(200, 300), NEWEST: range(300, 400)}
 
 
-def stored(part: str = FIRST) -> list[dict[str, Any]]:
-    """Outcomes of all shards of a round."""
-    files = sorted(p for p in RESULTS.glob(f"{part}*.jsonl") if "seals" not in p.name)
-    return [entry for path in files for entry in read(path)]
-
-
 def every() -> list[dict[str, Any]]:
     """Outcomes of all rounds."""
-    return [entry for part in SEEDS for entry in stored(part)]
+    return [entry for part in SEEDS for entry in outcomes(part)]
 
 
 def section(part: str = FIRST) -> list[str]:
     """Lines of RESULTS.md on a round."""
-    entries, which = stored(part), _span(part)
+    entries, which = outcomes(part), _span(part)
     if not entries:
         return []
     commits = ", ".join(sorted({e["commit"][:12] for e in entries}))
@@ -55,7 +50,8 @@ def section(part: str = FIRST) -> list[str]:
         f"As asked (right, or a class with the truth where a twin is near): {asked}; wrong and "
         f"confident, or a false alarm: {false}. Seals without an outcome of their own, ended "
         "before one by hand for another engine or by the clock, to be begun anew: "
-        f"{_unfinished(part)}." + (_newest(entries) if once and part != FIRST else ""),
+        f"{len(seals(part)) - len(entries)}."
+        + (_newest(entries) if once and part != FIRST else ""),
         "",
         "; ".join(f"{kind} {n}" for kind, n in sorted(said.items())) + ".",
         "",
@@ -64,6 +60,7 @@ def section(part: str = FIRST) -> list[str]:
         "",
         *headline(entries, FULL_AIMS),
         "",
+        *faint.section(entries),
         *removal(entries),
         *overstated(entries),
         *trusted(entries),
@@ -79,19 +76,13 @@ def rates(entries: list[dict[str, Any]]) -> tuple[str, str]:
     return rate(met, len(entries)), rate(confident, len(entries))
 
 
-def _unfinished(part: str) -> int:
-    """How many more seals were written than outcomes."""
-    seals = [seal for path in RESULTS.glob(f"{part}*.seals.jsonl") for seal in read(path)]
-    return len(seals) - len(stored(part))
-
-
 def _span(part: str) -> str:
     return f"{SEEDS[part][0]} to {SEEDS[part][-1]}"
 
 
 def sentence() -> str:
     """What README.md says of them; nothing where none was run."""
-    first = stored()
+    first = outcomes(FIRST)
     if not first:
         return ""
     asked, false = rates(first)
@@ -100,7 +91,7 @@ def sentence() -> str:
         f"(E of 150) and pairs among them: as asked {asked}, wrong and confident or a false alarm "
         f"{false} (Wilson 95 %)."
     )
-    later = {part: entries for part in SEEDS if part != FIRST and (entries := stored(part))}
+    later = {part: entries for part in SEEDS if part != FIRST and (entries := outcomes(part))}
     if not later:
         return told
     return f"{told} That was by engines of many days, mended by what they missed." + "".join(
@@ -144,8 +135,8 @@ def main() -> None:
     for name, wanted in track(cases, description="blind seeds"):
         if time.monotonic() - begun > 60 * given.minutes:
             break
-        seed, seals = int(name.rpartition("-")[2]), out.with_suffix(".seals.jsonl")
-        entry, *_ = run_sealed(name, seed, wanted, frozenset(), seals)
+        seed, sealed = int(name.rpartition("-")[2]), out.with_suffix(".seals.jsonl")
+        entry, *_ = run_sealed(name, seed, wanted, frozenset(), sealed)
         append(out, entry)
 
 

@@ -23,7 +23,7 @@ from rich.progress import track
 from benchmarks.concealed.blind import load
 from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.fold import folded
-from benchmarks.concealed.proof import RESULTS, append, commit, kept_of, read, waiting
+from benchmarks.concealed.proof import RESULTS, append, commit, kept_of, outcomes, read, waiting
 from benchmarks.concealed.score import score
 from corexy_fmi.engine import Diagnosis, diagnose
 from corexy_fmi.engine.planning.experiment import Experiment
@@ -39,8 +39,7 @@ def ambiguous() -> list[tuple[str, dict[str, Any]]]:
     were run before the engine was changed, and that the change was made on, come last.
     """
     seen = {e["name"] for e in read(BEFORE)}
-    paths = [p for stem in STEMS for p in sorted(RESULTS.glob(f"{stem}*.jsonl"))]
-    entries = [e for path in paths if "seals" not in path.name for e in read(path)]
+    entries = [e for stem in STEMS for e in outcomes(stem)]
     found = [e for e in entries if e["document"]["verdict"] == "ambiguous"]
     named = [
         (f"{e['name']}:{e['seed']}", {"seed": e["seed"], "wanted": e["wanted"]})

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.concealed.calibration import place_right, rate
 from benchmarks.concealed.distances import STRONG, Entry, misread, of
-from benchmarks.concealed.proof import RESULTS, read
+from benchmarks.concealed.proof import seals
 from benchmarks.concealed.score import NEAR_TWIN
 
 TEN_AIMS = ("95 %", "95 %", *4 * ("-",), "<= 2 %", "<= 1 %", *5 * ("-",))
@@ -188,8 +188,7 @@ def commits(entries: list[Entry], key: str = "commit") -> str:
 def cut_off(entries: list[Entry], stem: str) -> int:
     """Sealed cases of this run that never came to an outcome: something ended it before."""
     done = {(e["name"], e["seed"]) for e in entries}
-    seals = [s for path in RESULTS.glob(f"{stem}*.seals.jsonl") for s in read(path)]
-    return len({(s["name"], s["seed"]) for s in seals} - done)
+    return len({(s["name"], s["seed"]) for s in seals(stem)} - done)
 
 
 def by(entries: list[Entry], key: str) -> list[str]:
