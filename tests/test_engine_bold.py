@@ -1,8 +1,11 @@
-"""Friction that breaks away is begun at its declared size where nothing else pays."""
+"""Friction that breaks away is begun at its full size where nothing else pays."""
+
+from dataclasses import replace
 
 import numpy as np
 from engine_kit import STRIBECK, machine, other_motion, problem, record, rich_motion, with_effects
 
+from corexy_fmi.engine.fitting.fit import minimise
 from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.naming.bold import bold_fits
 from corexy_fmi.engine.naming.candidates import hypotheses
@@ -11,20 +14,38 @@ from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
 
 
-def tried(*uses, motion=rich_motion):
+def retuned(*uses, motion=rich_motion):
     shown = record(with_effects(machine(), *uses), motion())
-    base = retune(bundled_layout(), machine(), problem(shown, machine()).runs)
+    return retune(bundled_layout(), machine(), problem(shown, machine()).runs)
+
+
+def tried(*uses, motion=rich_motion):
+    base = retuned(*uses, motion=motion)
     return base, bold_fits(base, hypotheses(base.problem, base.u), map)
 
 
 def test_a_peak_is_found_from_its_declared_size():
     base, found = tried(STRIBECK)
-    best = min(found, key=rank)
+    best = min((fit for fit in found if fit.problem.hypothesis.uses), key=rank)
     assert base.cost - rank(best) > 10 * THRESHOLD
     assert best.problem.hypothesis.key in [(("stribeck_friction", n),) for n in ("x", "xy")]
     ratio = best.value(f"stribeck_friction.{best.problem.hypothesis.uses[0].location}.static_ratio")
     assert abs(ratio - 2.5) < 0.5
     assert np.isfinite([fit.cost for fit in found]).all()
+
+
+def test_a_law_finds_a_peak_that_one_begun_at_nothing_does_not():
+    base = retuned(STRIBECK)
+    (law,) = (h for h in hypotheses(base.problem, base.u) if _over_own_speed(h, "x"))
+    (bold,) = bold_fits(base, [law], map)
+    timid = replace(base.problem, hypothesis=law)
+    begun = minimise(timid, timid.carried(base.problem, base.u))
+    assert base.cost - bold.cost > 1.5 * (base.cost - begun.cost)
+
+
+def _over_own_speed(hypothesis, axis):
+    law = hypothesis.law
+    return law is not None and (law.location, law.argument) == (axis, f"v{axis}")
 
 
 def test_without_one_nothing_is_kept_that_pays():

@@ -19,6 +19,7 @@ from corexy_fmi.engine.judging.local import is_local, last_parts
 from corexy_fmi.engine.judging.model import tuned_machine
 from corexy_fmi.engine.judging.predict import carried
 from corexy_fmi.engine.judging.prove import Proof, channel_noise, prove, replay
+from corexy_fmi.engine.judging.reach import beyond_reach, within_reach
 from corexy_fmi.engine.judging.repeats import repeating
 from corexy_fmi.engine.judging.rest import restless
 from corexy_fmi.engine.judging.steady import unsteady
@@ -101,11 +102,13 @@ def _prove(
     runs: Sequence[Run],
     whole: Sequence[Run],
 ) -> Proof:
-    """Replays of what was fitted, or in place of excerpts of the ``whole``, and of held-out runs.
+    """Replays of what was fitted, or in place of excerpts of the ``whole``, and of held-out runs,
+    as far as training reached what a law depends on.
 
     What belongs to one excerpt cannot be replayed on the whole.
     """
-    retuned = competition.retuned
+    retuned, given = competition.retuned, runs
+    runs = within_reach(fit, given)
     machines = {
         "nominal": machine,
         "retuned": tuned_machine(retuned, machine.name),
@@ -126,7 +129,8 @@ def _prove(
     own |= {("explained", "holdout", run.name): found for run, found in abroad}
     fits = {"retuned": retuned, "explained": fit}
     shown = (*shown, *parts, *(run for run, _ in abroad))
-    return prove(layout, machines, shown, train, fit.problem.noise, own, late.before, fits)
+    proof = prove(layout, machines, shown, train, fit.problem.noise, own, late.before, fits)
+    return replace(proof, silent=beyond_reach(given, runs))
 
 
 def _abroad(fit: Fit, runs: Sequence[Run]) -> list[tuple[Run, Machine]]:

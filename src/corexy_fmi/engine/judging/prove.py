@@ -98,13 +98,15 @@ def channel_noise(
 class Proof:
     """Replays of the three machines on every run, in the order of the runs.
 
-    ``foretold`` holds what fits foretell, by state and run, where they could.
+    ``foretold`` holds what fits foretell, by state and run, where they could; ``silent`` tells in
+    words how much of the data kept back was not asked.
     """
 
     runs: tuple[Run, ...]
     replays: dict[str, tuple[Replay, ...]]
     noise_std: tuple[tuple[float, ...], ...]
     foretold: Mapping[tuple[str, int], Foretold] = field(default_factory=dict)
+    silent: str = ""
 
     def pooled(self, state: str, role: str) -> float:
         """Rms over all position samples of a role, each channel relative to its noise."""

@@ -43,8 +43,8 @@ def as_told(entry: Entry) -> Entry:
 
 
 def along_both(fit: Fit) -> Fit:
-    """A law of one axis with its like along the other one beside it, where that pays; any other fit
-    as it is.
+    """A law of one axis with its like along the other one beside it, begun at nothing or as the law
+    itself, where that pays; any other fit as it is.
     """
     law = fit.problem.hypothesis.law
     if law is None or law.location not in AXES:
@@ -58,7 +58,9 @@ def along_both(fit: Fit) -> Fit:
     ]
     if not like:
         return fit
-    both = with_laws(fit, (law, like[0]), [law_values(fit), np.zeros(len(like[0].knots))])
+    own, begun = law_values(fit), np.interp(like[0].knots, law.knots, law_values(fit))
+    fits = [with_laws(fit, (law, like[0]), [own, values]) for values in (0 * begun, begun)]
+    both = min(fits, key=rank)
     return both if rank(both) < rank(fit) - THRESHOLD else fit
 
 

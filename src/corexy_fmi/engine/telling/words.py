@@ -53,9 +53,10 @@ def _sites(verdict: Verdict) -> str:
 def _carried_over(fit: Fit, proof: Proof) -> str:
     """What the law gains on data that it was not fitted to."""
     gains = proof.gains("holdout")
-    if fit.problem.hypothesis.law is None or not gains:
+    if fit.problem.hypothesis.law is None:
         return ""
-    return f"on data kept back it gains {sum(gains):.0f} nats"
+    told = f"on data kept back it gains {sum(gains):.0f} nats" if gains else ""
+    return "; ".join(part for part in (told, proof.silent) if part)
 
 
 def _failed(competition: Competition) -> str:
