@@ -39,7 +39,7 @@ from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.engine.naming.pairs import pairs, paying
 from corexy_fmi.engine.naming.pulses import pulse_fits
-from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, rank, search
+from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, once, rank, search
 from corexy_fmi.engine.naming.whole import with_whole_counts
 
 
@@ -77,6 +77,14 @@ def _softened(entries: list[Entry]) -> list[Entry]:
     return [replace(e, fit=softened(e.fit)) for e in entries[:1]] + entries[1:]
 
 
+def _laws_once(fits: list[Fit]) -> list[Fit]:
+    """The fits, each law once, from the end with less raw mismatch: each has a noise of its own."""
+    return [
+        *(f for f in fits if f.problem.hypothesis.uses),
+        *once([f for f in fits if f.problem.hypothesis.law]),
+    ]
+
+
 def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
     """Fits that something is explained by, and hardly less than by the best of them."""
     if not fits:
@@ -100,7 +108,7 @@ def compete(
     fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
-        fits = sorted([*fits, *bold_fits(base, singles, mapper)], key=rank)
+        fits = sorted(_laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
     fits = with_whole_counts(fits, mapper)
     fits[:1] = [recentred(f, mapper) for f in fits[:1]]
     base = repolish(base, fits[0]) if fits else base

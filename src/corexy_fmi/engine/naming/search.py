@@ -124,7 +124,7 @@ def search(
         close = [f for f in ended if rank(f) - rank(ended[0]) < margin(start.cost - rank(ended[0]))]
         finals += close
         rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
-    settled = sorted(mapper(settle, _once(finals)), key=rank)
+    settled = sorted(mapper(settle, once(finals)), key=rank)
     return settled + rest
 
 
@@ -135,7 +135,7 @@ def margin(gain: float) -> float:
     return CLOSE + CLOSE_SHARE * max(gain, 0.0)
 
 
-def _once(finals: list[Fit]) -> list[Fit]:
+def once(finals: list[Fit]) -> list[Fit]:
     """Each hypothesis once: where two searches ended apart, from the end with less raw mismatch."""
     best: dict[tuple[object, ...], tuple[float, Fit]] = {}
     for fit in finals:
