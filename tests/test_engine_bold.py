@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 from engine_kit import STRIBECK, machine, other_motion, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.fitting.fit import minimise
+from corexy_fmi.engine.fitting.fit import Fit, minimise
 from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.naming.bold import bold_fits
 from corexy_fmi.engine.naming.candidates import hypotheses
 from corexy_fmi.engine.naming.entries import THRESHOLD
+from corexy_fmi.engine.naming.name import laws_once
 from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
 
@@ -41,6 +42,18 @@ def test_a_law_finds_a_peak_that_one_begun_at_nothing_does_not():
     timid = replace(base.problem, hypothesis=law)
     begun = minimise(timid, timid.carried(base.problem, base.u))
     assert base.cost - bold.cost > 1.5 * (base.cost - begun.cost)
+
+
+def test_of_a_law_found_twice_the_end_with_less_raw_mismatch_goes_on():
+    """Each end has a noise of its own, by which the worse one may cost less."""
+    base = retuned(STRIBECK)
+    (law,) = (h for h in hypotheses(base.problem, base.u) if _over_own_speed(h, "x"))
+    (near,) = bold_fits(base, [law], map)
+    problem = replace(base.problem, hypothesis=law)
+    start = problem.carried(base.problem, base.u)
+    far = Fit(problem, start, near.cost - 100.0, problem.residual(start[None])[0])
+    assert laws_once([far, base, near]) == [base, near]
+    assert laws_once([base, far]) == [base, far]
 
 
 def _over_own_speed(hypothesis, axis):

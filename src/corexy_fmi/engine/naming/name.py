@@ -77,10 +77,10 @@ def _softened(entries: list[Entry]) -> list[Entry]:
     return [replace(e, fit=softened(e.fit)) for e in entries[:1]] + entries[1:]
 
 
-def _laws_once(fits: list[Fit]) -> list[Fit]:
+def laws_once(fits: list[Fit]) -> list[Fit]:
     """The fits, each law once, from the end with less raw mismatch: each has a noise of its own."""
     return [
-        *(f for f in fits if f.problem.hypothesis.uses),
+        *(f for f in fits if not f.problem.hypothesis.law),
         *once([f for f in fits if f.problem.hypothesis.law]),
     ]
 
@@ -108,7 +108,7 @@ def compete(
     fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
-        fits = sorted(_laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
+        fits = sorted(laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
     fits = with_whole_counts(fits, mapper)
     fits[:1] = [recentred(f, mapper) for f in fits[:1]]
     base = repolish(base, fits[0]) if fits else base
