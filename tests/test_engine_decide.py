@@ -46,6 +46,11 @@ CASES = [
     (SURELY, 70.0, proof(-3.3, contrasts=(0.1,)), "ambiguous"),  # fits of the same end apart
     (SURELY, 70.0, proof(-3.3), "unexplained"),
     (SURELY, 70.0, proof(-5.0, contrasts=(0.8,)), "unexplained"),
+    (SURELY, 70.0, proof(0.8, contrasts=(13.7,)), "ambiguous"),  # they show little of it, too
+    (SURELY, 70.0, proof(0.8, contrasts=(30.0,)), "unexplained"),  # they show it, otherwise
+    (SURELY, 70.0, proof(-0.1, contrasts=(13.7,)), "unexplained"),
+    (SURELY, 70.0, proof(0.8, retuned=1.2, explained=1.15, contrasts=(13.7,)), "unexplained"),
+    (SURELY, 30.0, proof(0.8, contrasts=(13.7,)), "nothing_missing"),
     (SURELY, 30.0, proof(0.7, contrasts=(0.8,)), "nothing_missing"),  # a false alarm, as likely
     (SURELY, 500.0, proof(30.0, retuned=0.87, explained=1.0), "unexplained"),  # rms has grown
     (SURELY, 500.0, proof(30.0, retuned=0.99, explained=1.0), "explained"),
@@ -113,7 +118,8 @@ def test_a_silent_end_of_the_same_recording_confirms_nothing(weak, word):
     assert found.classes == ((found.entry.hypothesis.key, ()),) * weak
 
 
-def test_an_effect_that_gains_nothing_on_mute_data_stands_beside_retuned_parameters():
-    found = decide(competition(SURELY, 70.0), proof(-0.3, contrasts=(0.8,)))
+@pytest.mark.parametrize(("gain", "contrast"), [(-0.3, 0.8), (0.8, 13.7)])
+def test_an_effect_that_data_kept_back_hardly_show_stands_beside_retuned_parameters(gain, contrast):
+    found = decide(competition(SURELY, 70.0), proof(gain, contrasts=(contrast,)))
     assert found.classes == (((("first", "x"),), ()),)
     assert found.unseen

@@ -13,6 +13,7 @@ SURE = 0.95
 AGREES = 1.1  # rms over noise
 CONFIRMED = 2.0  # [nats] of held-out gain that a small effect must show
 MUTE = 6.0  # [nats] of contrast d up to which its scatter, sqrt(2 d), is most of a gain
+SURPRISE = 3.0  # deviations, sqrt(2 d), that the right cause's gain may lie below d
 SCATTER = 4.0  # [nats] by which predictive fits of replays that are alike may end apart
 WORSE = 1.02  # of the retuned machine's held-out rms; right causes came to 1.004 at most
 WEAK_GAIN = 40.0  # [nats] below which an unconfirmed effect is a false alarm
@@ -23,7 +24,7 @@ CLASS_SHARE = 0.02  # members of a class have at least this share of the best on
 class Verdict:
     """The word, the entry it stands on, the classes of equals, what shows that it is so, the winner
     that was refuted, what that left over, what the fit that stands leaves, and where simple laws
-    would explain the mismatch.  ``unseen``: no data kept back show the entry; ``unsized``: they
+    would explain the mismatch.  ``unseen``: data kept back hardly show the entry; ``unsized``: they
     show it, of another size.
     """
 
@@ -123,6 +124,15 @@ def harmless(proof: Proof) -> bool:
     return not worse and not _contradicted(proof)
 
 
+def slight(proof: Proof) -> bool:
+    """Whether held-out data agree in all but how much they gain, which may be chance: each gains
+    (CONTRACT 4 asks no more), and no less than the right cause might where they show it so little.
+    """
+    near = _near(*(proof.pooled(state, "holdout") for state in ("retuned", "explained")))
+    likely = all(g > max(0.0, d - SURPRISE * (2 * d) ** 0.5) for g, d in _told(proof) if d > MUTE)
+    return near and harmless(proof) and likely
+
+
 def rivals(competition: Competition, best: Entry) -> tuple[tuple[tuple[str, str], ...], ...]:
     """Keys of the entries that the data cannot tell from the best one."""
     shares = dict(
@@ -150,6 +160,8 @@ def decide(competition: Competition, proof: Proof | None, weak: bool = False) ->
         return _unseen(best, proof, weak)
     if not agrees and proof is not None and chance >= SURE and unsized(proof):
         return _unsized(best)
+    if not agrees and proof is not None and chance >= SURE and slight(proof):
+        return _beside_retuned(best)
     if not agrees and not (chance < SURE and _undisputed(best, proof)):
         return _refuted(best)
     if chance >= SURE:
@@ -166,6 +178,13 @@ def _unseen(best: Entry, proof: Proof, weak: bool) -> Verdict:
         return _refuted(best)
     if not weak and all(gain > 0 for gain in proof.gains("holdout")):
         return Verdict("explained", best)
+    return _beside_retuned(best)
+
+
+def _beside_retuned(best: Entry) -> Verdict:
+    """A sure cause that the recordings kept back hardly show stands beside retuned parameters."""
+    if best.gain <= WEAK_GAIN:
+        return _refuted(best)
     return Verdict("ambiguous", best, ((best.hypothesis.key, ()),), unseen=True)
 
 

@@ -26,7 +26,7 @@ FILE = "next_experiment.csv"
 RIVALS = 4
 SETTLES = 30.0  # [1] E_sep: 15 +- 5.5 nats for the true one, 2.9 TEMPERATURE + 5.5 are needed
 MOST = 20  # repeats
-UNSEEN = ", given with --holdout: what was kept back does not show the cause"
+UNSEEN = ", given with --holdout: what was kept back hardly shows the cause"
 TRIES = 3  # programs whose promise is looked into
 
 
