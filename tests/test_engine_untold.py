@@ -15,6 +15,7 @@ from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.model import upper_bound
 from corexy_fmi.engine.naming.abreast import alone
 from corexy_fmi.engine.naming.beyond import beyond
+from corexy_fmi.engine.naming.plan_size import Search
 from corexy_fmi.engine.naming.screen import bounds
 from corexy_fmi.engine.naming.signature import Score, changes, row_of
 from corexy_fmi.engine.naming.untold import untold
@@ -49,7 +50,7 @@ def bound(name, place, nominal):
         ("constant_force", "x", "yin2018", {}),
         ("belt_damping", "belts", "light_bench", {}),
         ("quadratic_drag", "y", "light_bench", {}),
-        ("stribeck_friction", "x", "yin2018", {"speed": 0.004, "pointed": 0.0}),
+        ("stribeck_friction", "x", "yin2018", {"speed": 0.035, "pointed": 0.0}),
         ("driver_deadband", "motors", "yin2018_dc", {"lost": 0.0}),
         ("racking", "bridge", "yin2018", {}),
     ],
@@ -167,3 +168,12 @@ def test_bounds_stand_on_all_that_a_fit_holds(held):
 
 def test_the_page_shows_the_stored_numbers():
     assert study.PAGE.read_text(encoding="utf-8") == study.page()
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.35, 0.15])
+def test_what_hardly_changes_any_more_is_searched_as_far(rate):
+    """A share that goes with a power of the size: the place is found, not merely a share near."""
+    search = Search(0.0, 0.2, learns=True)
+    ended = (not search.goes_on(float(np.exp(rate * (search.place - 2.0)))) for _ in range(5))
+    assert any(ended)
+    assert search.crossing == pytest.approx(2.0, abs=0.05)

@@ -11,6 +11,7 @@ from corexy_fmi.kernel.layout import Instance
 
 ROUNDS, CLOSE, NEAR = 16, 0.1, 0.3  # searches for a size; log of the share, aimed at and accepted
 LEAST, STRIDE, FAREST, EDGE = 1e-3, 3.0, 12.0, 0.1  # share; on the scale of size; of a bracket
+SLOWEST = 0.1  # rate that is believed
 RIVALS = 3  # the nearest, of which each is fitted
 Shares = Callable[[dict[str, float]], tuple[float, list[Instance]]]
 
@@ -81,7 +82,8 @@ def stronger(instance: Instance, start: dict[str, float], place: float) -> dict[
 @dataclass
 class Search:
     """Where on a logarithmic scale of size a share is 1: secants within what is bracketed, begun at
-    ``place``.
+    ``place``.  The share is in proportion to the size until it ``learns`` at what ``rate`` their
+    logarithms go: softer bristles hardly change more.
     """
 
     place: float = 0.0
@@ -89,15 +91,27 @@ class Search:
     share: float = 0.0
     below: tuple[float, float] | None = None  # place and logarithm of a share below 1, and above
     above: tuple[float, float] | None = None
+    learns: bool = False
+    rate: float = 1.0
+    last: tuple[float, float] | None = None
+
+    @property
+    def crossing(self) -> float:
+        """Where the share is 1 by the last one and the rate."""
+        return self.place - float(np.log(max(self.share, LEAST))) / self.rate
 
     def goes_on(self, share: float) -> bool:
         """Take the share at this place and go to the next; False where it is near enough."""
         self.share, known = share, (self.place, float(np.log(max(share, LEAST))))
-        if abs(known[1]) < self.close:
+        if self.learns and self.last and self.last[0] != known[0]:
+            slope = (known[1] - self.last[1]) / (known[0] - self.last[0])
+            self.rate = float(np.clip(slope, SLOWEST, 1.0))
+        self.last = known
+        if abs(known[1]) < self.close * self.rate:
             return False
         self.below, self.above = (known, self.above) if known[1] < 0 else (self.below, known)
         if self.below is None or self.above is None:
-            self.place -= float(np.clip(known[1], -STRIDE, STRIDE))
+            self.place -= float(np.clip(known[1] / self.rate, -STRIDE, STRIDE))
             return abs(self.place) < FAREST
         (a, low), (b, high) = self.below, self.above
         self.place = a + (b - a) * float(np.clip(low / (low - high), EDGE, 1 - EDGE))

@@ -58,12 +58,14 @@ def _searched(
 ) -> Steps[float]:
     """The strength at which an effect of one shape is just told, begun where it is allowed."""
     size = instance.effect.size
-    search = Search(float(np.log(allowed / strength(size, row[size.name]))), CLOSE)
+    begin = float(np.log(allowed / strength(size, row[size.name])))
+    search = Search(begin, CLOSE, learns=True)
     place = search.place
     for _ in range(ROUNDS):
         place = search.place
         score = yield from again(stronger(instance, dict(row), place))
         if not search.goes_on(1 / score.bound):
+            place = search.crossing
             break
     else:  # it jumps: from where on it is told
         place = search.above[0] if search.above else place
