@@ -15,7 +15,7 @@ from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.model import upper_bound
 from corexy_fmi.engine.naming.abreast import alone
 from corexy_fmi.engine.naming.beyond import beyond
-from corexy_fmi.engine.naming.plan_size import Search
+from corexy_fmi.engine.naming.plan_size import FAREST, Search
 from corexy_fmi.engine.naming.screen import bounds
 from corexy_fmi.engine.naming.signature import Score, changes, row_of
 from corexy_fmi.engine.naming.untold import untold
@@ -170,10 +170,21 @@ def test_the_page_shows_the_stored_numbers():
     assert study.PAGE.read_text(encoding="utf-8") == study.page()
 
 
-@pytest.mark.parametrize("rate", [1.0, 0.35, 0.15])
+@pytest.mark.parametrize("rate", [1.0, 0.5, 0.3])
 def test_what_hardly_changes_any_more_is_searched_as_far(rate):
     """A share that goes with a power of the size: the place is found, not merely a share near."""
     search = Search(0.0, 0.2, learns=True)
     ended = (not search.goes_on(float(np.exp(rate * (search.place - 2.0)))) for _ in range(5))
     assert any(ended)
     assert search.crossing == pytest.approx(2.0, abs=0.05)
+
+
+def test_where_a_share_falls_as_the_size_grows_no_rate_is_believed():
+    search = Search(0.0, 0.2, learns=True)
+    assert search.goes_on(2.0)
+    assert search.goes_on(3.0)  # at a smaller size
+    assert search.rate == 1.0
+    before = search.place
+    while search.goes_on(3.0):
+        before = search.place
+    assert search.crossing == before > -FAREST

@@ -11,7 +11,7 @@ from corexy_fmi.kernel.layout import Instance
 
 ROUNDS, CLOSE, NEAR = 16, 0.1, 0.3  # searches for a size; log of the share, aimed at and accepted
 LEAST, STRIDE, FAREST, EDGE = 1e-3, 3.0, 12.0, 0.1  # share; on the scale of size; of a bracket
-SLOWEST = 0.1  # rate that is believed
+SLOWEST = 0.2  # rate that is believed: on rough ground a share may fall where a size grows
 RIVALS = 3  # the nearest, of which each is fitted
 Shares = Callable[[dict[str, float]], tuple[float, list[Instance]]]
 
@@ -97,15 +97,16 @@ class Search:
 
     @property
     def crossing(self) -> float:
-        """Where the share is 1 by the last one and the rate."""
-        return self.place - float(np.log(max(self.share, LEAST))) / self.rate
+        """Where the share is 1 by the last place and the rate, if near; else that place."""
+        place, off = self.last or (self.place, 0.0)
+        return place - off / self.rate if abs(off) < self.close * self.rate else place
 
     def goes_on(self, share: float) -> bool:
         """Take the share at this place and go to the next; False where it is near enough."""
         self.share, known = share, (self.place, float(np.log(max(share, LEAST))))
         if self.learns and self.last and self.last[0] != known[0]:
             slope = (known[1] - self.last[1]) / (known[0] - self.last[0])
-            self.rate = float(np.clip(slope, SLOWEST, 1.0))
+            self.rate = min(slope, 1.0) if slope > SLOWEST else 1.0
         self.last = known
         if abs(known[1]) < self.close * self.rate:
             return False
