@@ -43,8 +43,8 @@ def as_told(entry: Entry) -> Entry:
 
 
 def along_both(fit: Fit) -> Fit:
-    """A law of one axis with its like along the other one beside it, begun at nothing or as the law
-    itself, where that pays; any other fit as it is.
+    """A law of one axis with its like along the other one beside it, begun at nothing or, but for
+    places, as the law itself, where that pays; any other fit as it is.
     """
     law = fit.problem.hypothesis.law
     if law is None or law.location not in AXES:
@@ -59,8 +59,8 @@ def along_both(fit: Fit) -> Fit:
     if not like:
         return fit
     own, begun = law_values(fit), np.interp(like[0].knots, law.knots, law_values(fit))
-    fits = [with_laws(fit, (law, like[0]), [own, values]) for values in (0 * begun, begun)]
-    both = min(fits, key=rank)
+    starts = [0 * begun] if law.argument in AXES else [0 * begun, begun]
+    both = min((with_laws(fit, (law, like[0]), [own, values]) for values in starts), key=rank)
     return both if rank(both) < rank(fit) - THRESHOLD else fit
 
 
