@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.concealed import proof, render, seeds
-from benchmarks.concealed.proof import waiting
+from benchmarks.concealed.proof import in_time, waiting
 from benchmarks.concealed.render import MARKS
 
 
@@ -23,6 +23,12 @@ def test_a_shard_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     assert [name for name, _ in left] == ["seed-3", "seed-5"]
     alone, out = waiting(cases, "0/1", tmp_path / "out.jsonl", lambda e: True)
     assert (len(alone), out.name) == (7, "out.jsonl")
+
+
+def test_no_case_is_begun_after_its_time() -> None:
+    cases = [(f"seed-{n}", {}) for n in range(3)]
+    assert list(in_time(cases, 1e9, "cases")) == cases
+    assert list(in_time(cases, -1.0, "cases")) == []
 
 
 def test_the_score_counts_classes_of_near_twins_alone(

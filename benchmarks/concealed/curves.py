@@ -8,19 +8,17 @@ the law that is told with the force that was planted.  It goes on where it stopp
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import track
 
 from benchmarks.concealed.calibration import place_right, rate
 from benchmarks.concealed.cases import effect_cases, seed_of
 from benchmarks.concealed.curve import curve_error
 from benchmarks.concealed.distances import Entry
 from benchmarks.concealed.fold import folded
-from benchmarks.concealed.proof import RESULTS, append, commit, run_sealed, waiting
+from benchmarks.concealed.proof import RESULTS, append, commit, in_time, run_sealed, waiting
 from benchmarks.concealed.score import NEAR_TWIN
 from benchmarks.concealed.tables import ONCE, commits, cut_off
 
@@ -119,13 +117,11 @@ def main() -> None:
     parser.add_argument("--origin", default=commit(), help="what the seeds follow from")
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
-    given, begun = parser.parse_args(), time.monotonic()
+    given = parser.parse_args()
     left, out = waiting(
         cases(), given.shard, RESULTS / f"{STEM}.jsonl", lambda e: e["origin"] == given.origin
     )
-    for name, wanted in track(left, description="struck entries"):
-        if time.monotonic() - begun > 60 * given.minutes:
-            break
+    for name, wanted in in_time(left, given.minutes, "struck entries"):
         append(out, run(name, wanted, given.origin, out))
 
 

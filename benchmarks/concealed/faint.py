@@ -8,16 +8,14 @@ often the bound holds what was planted.  It goes on where it stopped.
 from __future__ import annotations
 
 import argparse
-import time
 
 import plant
-from rich.progress import track
 
 from benchmarks.concealed.blind import load
 from benchmarks.concealed.bounds import bounded
 from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.distances import Entry, of
-from benchmarks.concealed.proof import RESULTS, append, commit, outcomes, waiting
+from benchmarks.concealed.proof import RESULTS, append, commit, in_time, outcomes, waiting
 from benchmarks.concealed.score import score
 from corexy_fmi.engine import diagnose
 
@@ -77,12 +75,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
-    given, begun = parser.parse_args(), time.monotonic()
+    given = parser.parse_args()
     out = RESULTS / f"{STEM}.jsonl"
     left, out = waiting(unbounded(), given.shard, out, lambda entry: True)
-    for name, entry in track(left, description="bounds"):
-        if time.monotonic() - begun > 60 * given.minutes:
-            break
+    for name, entry in in_time(left, given.minutes, "bounds"):
         append(out, run(name, entry))
 
 

@@ -10,7 +10,7 @@ import argparse
 import json
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +157,15 @@ def waiting(
     return [case for case in cases[index::shards] if case[0] not in done], out
 
 
+def in_time(cases: list[Case], minutes: float, what: str) -> Iterator[Case]:
+    """The cases one by one, with progress; none is begun after so many minutes."""
+    begun = time.monotonic()
+    for case in track(cases, description=what):
+        if time.monotonic() - begun > 60 * minutes:
+            return
+        yield case
+
+
 def main() -> None:
     """Run the cases that are not there yet."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -183,10 +192,7 @@ def main() -> None:
         arguments.out,
         lambda entry: entry.get("origin") == arguments.origin,
     )
-    begun = time.monotonic()
-    for name, wanted in track(cases, description="blind cases"):
-        if time.monotonic() - begun > 60 * arguments.minutes:
-            break
+    for name, wanted in in_time(cases, arguments.minutes, "blind cases"):
         entry = run_case(name, wanted, arguments.origin, out.with_suffix(".seals.jsonl"))
         append(out, entry | {"origin": arguments.origin})
 

@@ -9,17 +9,22 @@ compete.
 from __future__ import annotations
 
 import argparse
-import time
 from collections import Counter
 from typing import Any
-
-from rich.progress import track
 
 from benchmarks.concealed import faint
 from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.calibration import section as trusted
 from benchmarks.concealed.distances import overstated, removal
-from benchmarks.concealed.proof import RESULTS, append, outcomes, run_sealed, seals, waiting
+from benchmarks.concealed.proof import (
+    RESULTS,
+    append,
+    in_time,
+    outcomes,
+    run_sealed,
+    seals,
+    waiting,
+)
 from benchmarks.concealed.score import fulfilled
 from benchmarks.concealed.tables import FULL_AIMS, ONCE, by, headline
 
@@ -128,13 +133,11 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
     spans = ", ".join(f"{part}: {_span(part)}" for part in SEEDS)
     parser.add_argument("--round", choices=SEEDS, default=FIRST, help=f"which seeds ({spans})")
-    given, begun = parser.parse_args(), time.monotonic()
+    given = parser.parse_args()
     part = given.round
     asked = [(f"seed-{n}", {"catalogue": "full"}) for n in SEEDS[part]]
     cases, out = waiting(asked, given.shard, RESULTS / f"{part}.jsonl", lambda entry: True)
-    for name, wanted in track(cases, description="blind seeds"):
-        if time.monotonic() - begun > 60 * given.minutes:
-            break
+    for name, wanted in in_time(cases, given.minutes, "blind seeds"):
         seed, sealed = int(name.rpartition("-")[2]), out.with_suffix(".seals.jsonl")
         entry, *_ = run_sealed(name, seed, wanted, frozenset(), sealed)
         append(out, entry)

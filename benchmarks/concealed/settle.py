@@ -11,19 +11,26 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import plant
-from rich.progress import track
 
 from benchmarks.concealed.blind import load
 from benchmarks.concealed.calibration import rate
 from benchmarks.concealed.fold import folded
-from benchmarks.concealed.proof import RESULTS, append, commit, kept_of, outcomes, read, waiting
+from benchmarks.concealed.proof import (
+    RESULTS,
+    append,
+    commit,
+    in_time,
+    kept_of,
+    outcomes,
+    read,
+    waiting,
+)
 from benchmarks.concealed.score import score
 from corexy_fmi.engine import Diagnosis, diagnose
 from corexy_fmi.engine.planning.experiment import Experiment
@@ -158,11 +165,9 @@ def main() -> None:
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
     parser.add_argument("--out", type=Path, default=STORE)
-    given, begun = parser.parse_args(), time.monotonic()
+    given = parser.parse_args()
     cases, out = waiting(ambiguous(), given.shard, given.out, lambda entry: True)
-    for name, wish in track(cases, description="ambiguous cases"):
-        if time.monotonic() - begun > 60 * given.minutes:
-            break
+    for name, wish in in_time(cases, given.minutes, "ambiguous cases"):
         append(out, settled(name, wish))
 
 
