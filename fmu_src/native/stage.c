@@ -42,8 +42,18 @@ static void run_port(stage *s, int port)
 {
     for (int n = 0; n < s->active_count[port]; n++) {
         const struct call *c = &CALLS[s->active[port][n]];
-        c->law(s, c->parameter, c->memory, c->memory_step, c->place, end_of(s, c));
+        c->law(s, c->parameter, c->memory, c->held, c->memory_step, c->place, end_of(s, c));
     }
+}
+
+/* what laws find once for steps of one length */
+static void hold_parts(stage *s)
+{
+    for (int port = 0; port < PORT_COUNT; port++)
+        for (int n = 0; n < s->active_count[port]; n++) {
+            const struct call *c = &CALLS[s->active[port][n]];
+            if (c->hold) c->hold(s, c->parameter, c->held);
+        }
 }
 
 INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; }
@@ -52,6 +62,15 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 #include "stage_belt.h"
 #include "stage_kick.h"
 #include "stage_sense.h"
+
+/* what is found once for steps of length h; rows differ by rounding alone */
+static void set_step(stage *s, double h)
+{
+    if (same_step(s, h)) return;
+    s->held_step = h;
+    set_kick(s, h);
+    hold_parts(s);
+}
 
 static void set_command(stage *s, double time)
 {
@@ -304,7 +323,7 @@ static void run_rows(stage *s, sweep *w)
 void stage_sweep(stage *s, sweep *w)
 {
     find_interval(w, w->row);
-    set_kick(s, w->part[w->turn].step);
+    set_step(s, w->part[w->turn].step);
     run_rows(s, w);
     s->time = w->time[w->row];
 }
@@ -314,7 +333,7 @@ void stage_advance(stage *s, double duration, double limit)
     const double start = s->time;
     const int64_t count = steps_in(duration, limit);
     s->step = duration / (double)count;
-    set_kick(s, s->step);
+    set_step(s, s->step);
     if (s->plain) {
         sweep one = {.part = {{.start = start, .duration = duration, .step = s->step,
                                .since = s->input_time, .count = count}}};
@@ -323,8 +342,10 @@ void stage_advance(stage *s, double duration, double limit)
         run_rows(s, &one);
         return;
     }
-    for (int64_t n = 1; n <= count; n++)
+    for (int64_t n = 1; n <= count; n++) {
+        s->last = n == count;
         micro_step(s, n == count ? start + duration : start + (double)n * s->step);
+    }
 }
 
 #include "stage_begin.h"

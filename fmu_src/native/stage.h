@@ -23,6 +23,9 @@ enum { OUT_X, OUT_Y, OUT_VX, OUT_VY, OUT_AX, OUT_AY, OUT_PHI1, OUT_PHI2, OUT_X_T
 
 typedef double lane[LANES] __attribute__((aligned(8 * LANES)));
 
+/* where the argument of a free-form law lies among its knots */
+struct segment { lane from, to, first, span, value, rise; };
+
 typedef struct {
     int topology, drive, coordinates, sections, pulleys;
     int active_count[PORT_COUNT];
@@ -30,6 +33,9 @@ typedef struct {
     int smooth; /* Coulomb friction is rounded in some lane */
     int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, a lane is one register */
     int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
+    int law_kind[FREE_FORMS]; /* of all lanes that have one */
+    int needs; /* what laws of guides read, see stage_kick.h */
+    int keeps_tensions, last; /* laws read tensions; the last micro-step before somebody looks */
     int frees_motors; /* some lane moves a rotor by its forces */
     int bent; /* sections may change their stiffness, or be damped */
     int implicit, all_tied; /* some lane is tied; all are, and no law acts on belts */
@@ -40,6 +46,7 @@ typedef struct {
     lane input[2], input_rate[2]; /* commanded angles, ramping from input_time */
     lane parameter[PARAMETER_COUNT];
     lane memory[MEMORY_COUNT + 1];
+    struct segment segment[FREE_FORMS];
     /* constants that follow from the parameters */
     lane radius[1], damping_time[1], spacing[1], damping_gain[1], back_emf[1];
     lane mass[COORDINATES], damping0[COORDINATES], bound0[COORDINATES], released[2];
@@ -49,7 +56,8 @@ typedef struct {
     lane inverse_mass[COORDINATES], half_rate[COORDINATES]; /* 1 / m and d / 2m */
     lane stiffness0[SECTIONS], length0[SECTIONS], stiffest[SECTIONS];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
-    double kick_step;            /* [s] that the next line is for; 0: none */
+    double held_step;            /* [s] that the next lines are for; 0: none */
+    lane held[HELD_COUNT + 1];   /* what laws find once for steps of that length */
     lane keep[COORDINATES], push[COORDINATES], slip[COORDINATES];
     lane round_gain[3][COORDINATES], round_lift[2][COORDINATES]; /* of smooth Coulomb friction */
     /* state */

@@ -11,7 +11,7 @@ static void list_active(stage *s)
 {
     memset(s->active_count, 0, sizeof s->active_count);
     memset(s->lawful_belts, 0, sizeof s->lawful_belts);
-    s->has_history = s->changes = 0;
+    s->has_history = s->changes = s->needs = 0;
     int last = -1, on = 0; /* the calls of an instance stand together */
     for (int n = 0; n < CALL_COUNT; n++) {
         const struct call *c = &CALLS[n];
@@ -22,6 +22,7 @@ static void list_active(stage *s)
         s->active[c->port][s->active_count[c->port]++] = (short)n;
         s->has_history |= e->history;
         s->changes |= c->changes;
+        s->needs |= c->needs;
         for (int l = 0; l < LANES && (c->port == PORT_TENSION || c->port == PORT_RUNOUT); l++)
             if (e->on(s, e->parameter, l))
                 s->lawful_belts[0][l] = larger(s->lawful_belts[0][l], c->port == PORT_TENSION ? 2 : 1);
@@ -70,20 +71,16 @@ void stage_derive(stage *s)
     s->coordinates = t->coordinates;
     s->sections = t->sections;
     s->pulleys = t->coordinates - 2;
-    s->kick_step = 0;
-    s->has_belt_damping = s->has_free_form = s->has_free_friction = 0;
+    s->held_step = 0;
+    s->has_belt_damping = 0;
     derive_constants(s, t);
-    EACH {
-        s->has_belt_damping |= s->damping_time[0][l] > 0;
-        for (int f = 0; f < FREE_FORMS; f++) {
-            const lane *law = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
-            s->has_free_form |= law[1][l] > 0;
-            s->has_free_friction |= law[1][l] > 0 && law[0][l] >= FIRST_FRICTION;
-        }
-    }
+    EACH s->has_belt_damping |= s->damping_time[0][l] > 0;
+    list_laws(s);
     list_active(s);
     s->has_belt_damping |= !!(s->changes & CHANGES_BELT_RATES);
     if (s->has_free_friction) s->changes |= CHANGES_BOUND;
+    s->needs |= s->changes;
+    s->keeps_tensions = hooked(s, PORT_STRUCTURE);
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK) || s->has_free_friction;
     s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && s->topology != KINEMATIC;
@@ -222,6 +219,7 @@ void stage_begin(stage *s, double time, const lane *angles, const lane *rest)
     memset(s->tension, 0, sizeof s->tension);
     s->ring_head = s->ring_count = 0;
     s->step = 1;
+    hold_parts(s);
     place_at(s, time, angles, rest);
     find_travel(s, t);
     run_port(s, PORT_START);

@@ -38,11 +38,9 @@ INLINE kick kick_of(double h, double mass, double damping, double bound)
     return k;
 }
 
-/* the kicks of constant damping and mass, for steps of length h; rows differ by rounding alone */
+/* the kicks of constant damping and mass, for steps of length h */
 static void set_kick(stage *s, double h)
 {
-    if (same_kick(s, h)) return;
-    s->kick_step = h;
     for (int i = 0; i < s->coordinates; i++)
         EACH {
             const kick k = kick_of(h, s->mass[i][l], s->damping0[i][l], s->bound0[i][l]);
@@ -69,7 +67,7 @@ INLINE double kicked_free(const stage *s, int i, int l, double v, double force, 
 INLINE double kicked_by(const stage *s, int i, int l, double mass, double damping, double bound,
                         const int smooth)
 {
-    const kick k = kick_of(s->kick_step, mass, damping, larger(bound, 0.0));
+    const kick k = kick_of(s->held_step, mass, damping, larger(bound, 0.0));
     const double fast = k.keep * s->v[i][l] + k.push * s->force[i][l];
     return smooth ? slide(fast, k.slip, rounded(k.slip, s->smoothing[i][l])) : stop(fast, k.slip);
 }

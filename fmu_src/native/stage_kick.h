@@ -34,15 +34,15 @@ INLINE void kick_axes(stage *s, double half, const int bound_only, const int smo
 /* an axis whose friction or force a law changes */
 static void kick_guides(stage *s, double half)
 {
-    for (int i = 0; i < 2; i++)
-        EACH {
-            s->bound[i][l] = s->bound0[i][l];
-            s->damping[i][l] = s->damping0[i][l];
-            s->moving[i][l] = s->mass[i][l];
-            s->across[i][l] = s->force[1 - i][l];
-            s->middle_v[i][l] = middle_velocity(s, i, l);
-            s->before[i][l] = s->v[i][l];
-        }
+    const int needs = s->needs;
+    for (int i = 0; i < 2; i++) {
+        if (needs & (NEEDS_BOUND | NEEDS_INERTIA)) EACH s->bound[i][l] = s->bound0[i][l];
+        if (needs & NEEDS_INERTIA)
+            EACH { s->damping[i][l] = s->damping0[i][l]; s->moving[i][l] = s->mass[i][l]; }
+        if (needs & NEEDS_ACROSS) EACH s->across[i][l] = s->force[1 - i][l];
+        if (needs & NEEDS_MIDDLE) EACH s->middle_v[i][l] = middle_velocity(s, i, l);
+        EACH s->before[i][l] = s->v[i][l];
+    }
     if (s->has_free_friction) add_laws(s, 1, s->bound, 2);
     run_port(s, PORT_GUIDE);
     run_port(s, PORT_STICK);
@@ -83,9 +83,8 @@ INLINE void carry_motors(stage *s, double half)
 {
     for (int i = 2; i < 4; i++)
         EACH {
-            const double v = s->command_rate[i - 2][l];
+            const double v = s->v[i][l]; /* the command's rate */
             s->before[i][l] = v;
-            s->v[i][l] = v;
             s->q[i][l] = drifted(s->q[i][l], v, half);
         }
 }

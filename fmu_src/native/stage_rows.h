@@ -32,18 +32,18 @@ INLINE void find_interval(sweep *w, int row)
     find_course(w, row, at->duration, at);
 }
 
-/* the constants of set_kick hold for steps that differ by rounding alone */
-INLINE int same_kick(const stage *s, double h) { return fabs(h - s->kick_step) <= 1e-9 * h; }
+/* what set_step found holds for steps that differ by rounding alone */
+INLINE int same_step(const stage *s, double h) { return fabs(h - s->held_step) <= 1e-9 * h; }
 
 /* go on to the next interval, and look for the one behind it meanwhile: its divisions take as long
- * as steps.  0: there is none, or set_kick is due */
+ * as steps.  0: there is none, or set_step is due */
 INLINE int begin_interval(const stage *s, sweep *w)
 {
     const int row = w->row + 1;
     w->turn = !w->turn;
     if (row + 1 >= w->rows) return 0;
     find_interval(w, row);
-    return same_kick(s, w->part[w->turn].step);
+    return same_step(s, w->part[w->turn].step);
 }
 
 /* end of the n-th micro-step */

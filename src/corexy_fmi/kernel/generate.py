@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 
 from corexy_fmi.effects.api import DC, STEPPER, Law
-from corexy_fmi.kernel.law_code import law_code, on_code, on_expression, written
+from corexy_fmi.kernel.law_code import law_code, on_code, on_expression, parts_of, touched, written
 from corexy_fmi.kernel.layout import LAW_KINDS, Instance, Layout
 from corexy_fmi.kernel.ports import HOST, PORTS
 from corexy_fmi.kernel.topology_code import topology_code
@@ -28,11 +30,13 @@ CHANGES = {
     "BOUND": {"bound"},  # what friction takes away, and how it is rounded
     "INERTIA": {"damping", "moving"},  # all of a kick
 }
+# what must be found in each step for laws that read these arrays or write to them
+NEEDS = {**CHANGES, "ACROSS": {"across"}, "MIDDLE": {"middle_v"}}
 STRUCTS = """\
 struct call {
     int port;
-    void (*law)(stage *, int, int, int, int, int);
-    int parameter, memory, memory_step, place, end, drives, changes, instance;
+    void (*law)(stage *, int, int, int, int, int, int), (*hold)(stage *, int, int);
+    int parameter, memory, held, memory_step, place, end, drives, changes, needs, instance;
 };
 struct instance {
     int (*on)(const stage *, int, int);
@@ -52,7 +56,8 @@ def sizes_header(layout: Layout) -> str:
         "FREE_FORM_OFFSET": layout.free_form,
         "PARAMETER_COUNT": layout.parameters,
         "MEMORY_COUNT": layout.memories,
-        "CALL_COUNT": sum(len(_calls(instance)) for instance in layout.instances),
+        "CALL_COUNT": len(_calls(layout)),
+        "HELD_COUNT": sum(_held(layout)[call.key] for call in _calls(layout)),
         "COORDINATES": coordinates,
         "PULLEYS": coordinates - 2,
         "SECTIONS": max(len(s.sections) for s in STAGES.values()),
@@ -63,18 +68,47 @@ def sizes_header(layout: Layout) -> str:
     return "\n".join([BANNER, *map(_enumeration, (ports, nominal, sizes)), ""])
 
 
-def _calls(instance: Instance) -> list[str]:
-    """Rows of the call table for one instance: a law, and the places that it runs over."""
-    effect, rows = instance.effect, []
-    for index, law in enumerate(effect.laws):
-        if law.port in HOST:
-            continue
-        rest = f"{_drives(law.drives)}, {_changes(written(effect, law))}"
-        for position, place, end in _spans(instance, law):
-            memory = instance.memory + instance.memory_step * position
-            where = f"{instance.parameter}, {memory}, {instance.memory_step}, {place}, {end}"
-            rows.append(f"PORT_{law.port.upper()}, {effect.name}_{index}, {where}, {rest}")
-    return rows
+@dataclass(frozen=True)
+class _Call:
+    """A law of an instance, and the neighbouring places that it runs over."""
+
+    instance: Instance
+    index: int
+    position: int
+    place: int
+    end: int
+
+    @property
+    def law(self) -> Law:
+        return self.instance.effect.laws[self.index]
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """What all calls of one law share."""
+        return self.instance.effect.name, self.index
+
+
+def _calls(layout: Layout) -> list[_Call]:
+    """All calls, those of an instance together."""
+    return [
+        _Call(instance, index, *span)
+        for instance in layout.instances
+        for index, law in enumerate(instance.effect.laws)
+        if law.port not in HOST
+        for span in _spans(instance, law)
+    ]
+
+
+@cache
+def _held(layout: Layout) -> dict[tuple[str, int], int]:
+    """How many numbers each law holds for a run."""
+    effects = {i.effect.name: i.effect for i in layout.instances}
+    return {
+        (name, index): len(parts_of(effect, law).held)
+        for name, effect in effects.items()
+        for index, law in enumerate(effect.laws)
+        if law.port not in HOST
+    }
 
 
 def _spans(instance: Instance, law: Law) -> list[tuple[int, int, int]]:
@@ -91,13 +125,39 @@ def _spans(instance: Instance, law: Law) -> list[tuple[int, int, int]]:
 
 
 def _call_table(layout: Layout) -> str:
-    rows = [f"    {{{row}, {n}}},\n" for n, e in enumerate(layout.instances) for row in _calls(e)]
-    return f"static const struct call CALLS[] = {{\n{''.join(rows)}}};\n"
+    rows, held = "", 0
+    for call in _calls(layout):
+        count = _held(layout)[call.key]
+        rows += f"    {{{_call_row(call, held, count, layout.instances.index(call.instance))}}},\n"
+        held += count
+    return f"static const struct call CALLS[] = {{\n{rows}}};\n"
 
 
-def _changes(arrays: set[str]) -> int:
-    """What must be found again in each step behind laws that write to these arrays, as a mask."""
-    return sum(1 << i for i, group in enumerate(CHANGES.values()) if arrays & group)
+def _call_row(call: _Call, held: int, count: int, number: int) -> str:
+    """``held``: the place of the first of ``count`` numbers that the law holds."""
+    instance, effect, law = call.instance, call.instance.effect, call.law
+    name = f"{effect.name}_{call.index}"
+    values = (
+        f"PORT_{law.port.upper()}",
+        name,
+        f"{name}_hold" if count else "0",
+        instance.parameter,
+        instance.memory + instance.memory_step * call.position,
+        held,
+        instance.memory_step,
+        call.place,
+        call.end,
+        _drives(law.drives),
+        _mask(CHANGES, written(effect, law)),
+        _mask(NEEDS, touched(effect, law)),
+        number,
+    )
+    return ", ".join(map(str, values))
+
+
+def _mask(groups: Mapping[str, set[str]], arrays: set[str]) -> int:
+    """Groups that hold any of these arrays, as a mask."""
+    return sum(1 << i for i, group in enumerate(groups.values()) if arrays & group)
 
 
 def _drives(drives: tuple[str, ...]) -> int:
@@ -155,8 +215,9 @@ def _constants(layout: Layout) -> str:
     values |= {"STEP_CALM": STEP_CALM, "TIED": TIED, "HISTORY": history}
     lines = [f"static const double {name} = {value!r};" for name, value in values.items()]
     changes = {f"CHANGES_{name}": 1 << i for i, name in enumerate(CHANGES)}
+    needs = {f"NEEDS_{name}": 1 << i for i, name in enumerate(NEEDS)}
     kinds = {f"{acts}_OVER_{name}".upper(): i for i, (acts, name) in enumerate(LAW_KINDS)}
-    return "\n".join([*lines, _enumeration(kinds), _enumeration(changes)])
+    return "\n".join([*lines, *map(_enumeration, (kinds, changes, needs))])
 
 
 @cache

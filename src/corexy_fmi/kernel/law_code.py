@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
 from sympy.printing.c import C99CodePrinter
@@ -11,11 +12,14 @@ from corexy_fmi.effects.api import Effect, Law
 from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
 from corexy_fmi.kernel.trace import argument_names, c_statements, hoisted, symbols
 
+HELD, ONCE = "h_", "o_"  # prefixes of what is found once for a run, for all places of a step
+ARGUMENTS = "stage *s, int p, int m, int h, int between, int i, int end"  # of a law in C
 PLAIN_ARRAYS = ("belt_sign", "side", "yaw_arm")  # the same for all lanes
 RESERVED = {
     "s",
     "p",
     "m",
+    "h",
     "i",
     "l",
     "on",
@@ -64,6 +68,13 @@ def written(effect: Effect, law: Law) -> set[str]:
     return {PORTS[law.port].variables[n][0] for n in results if n not in effect.memory}
 
 
+def touched(effect: Effect, law: Law) -> set[str]:
+    """Arrays of the stage's state that a law reads or changes."""
+    known = PORTS[law.port].variables
+    read = {known[n][0] for n in argument_names(law.function) if n in known}
+    return read | written(effect, law)
+
+
 def check_names(effect: Effect) -> None:
     """Names of memory and parameters become C variables beside the ports' and the generator's own.
 
@@ -71,7 +82,7 @@ def check_names(effect: Effect) -> None:
     """
     taken = RESERVED.union(*(PORTS[law.port].variables for law in effect.laws))
     for name in (*effect.memory, *(p.name for p in effect.parameters)):
-        if name in taken or not name.isidentifier() or name.startswith(("t_", "h_", "held_h_")):
+        if name in taken or not name.isidentifier() or name.startswith(("t_", HELD, ONCE, "once_")):
             raise ValueError(f"{effect.name}: the name {name!r} is taken, choose another")
 
 
@@ -90,21 +101,38 @@ def on_code(effect: Effect) -> str:
     return f"{head} {{ return {on_expression(effect, 'p')}; }}\n"
 
 
-def law_code(effect: Effect, law: Law, index: int) -> str:
-    """One law as a C function over its places; a lane in which it is off keeps its values.
-
-    What its parameters alone decide is found once for all places.
+@dataclass(frozen=True)
+class Parts:
+    """A law's results, and what of them is found once: by its parameters and the length of the
+    step for a whole run, ``held``; by these and the time for all places of a step, ``once``.
     """
+
+    results: dict[str, Any]
+    held: dict[str, Any]
+    once: dict[str, Any]
+
+
+def parts_of(effect: Effect, law: Law) -> Parts:
+    """A law in its parts; raises ValueError where its names are taken."""
     check_names(effect)
-    names = argument_names(law.function)
-    several = max(map(len, effect.locations.values())) > 1
-    fixed = {p.name for p in effect.parameters} | set(COMMON) if several else set()
-    result, parts = hoisted(law.function(**symbols(names)), fixed)
-    once = _once(effect, law, names, parts)
-    lines, results = c_statements(result)
+    known = {p.name for p in effect.parameters}
+    given = law.function(**symbols(argument_names(law.function)))
+    results, held = hoisted(given, known | {"step"}, HELD)
+    if max(map(len, effect.locations.values())) == 1:
+        return Parts(results, held, {})
+    results, once = hoisted(results, known | set(COMMON) | set(held), ONCE)
+    return Parts(results, held, once)
+
+
+def law_code(effect: Effect, law: Law, index: int) -> str:
+    """One law as a C function over its places, and one that finds what it holds for a run; a lane
+    in which it is off keeps its values.
+    """
+    names, parts = argument_names(law.function), parts_of(effect, law)
+    lines, results = c_statements(parts.results)
     body = [f"const int on = {on_expression(effect, 'p')};"]
-    body += _read(effect, law, names, [*lines, *results.values()])
-    body += [f"const double {n} = held_{n}[l];" for n in parts]
+    body += _read(effect, law, names, parts, [*lines, *results.values()])
+    body += [f"const double {n} = once_{n}[l];" for n in parts.once]
     body += lines
     body += [f"const double {n}_new = {value};" for n, value in results.items()]
     targets = {n: _target(effect, law, n) for n in results}
@@ -112,25 +140,40 @@ def law_code(effect: Effect, law: Law, index: int) -> str:
     code = "\n".join(f"        {line}" for line in body)
     return (
         f"/* {effect.summary} [{effect.citation}] */\n"
-        f"static void {effect.name}_{index}(stage *s, int p, int m, int between, int i, int end)\n"
-        f"{{\n    (void)p;\n{once}    for (; i < end; i++, m += between)\n"
-        f"    EACH {{\n{code}\n    }}\n}}\n"
+        f"static void {effect.name}_{index}({ARGUMENTS})\n"
+        f"{{\n    (void)p; (void)h;\n{_once(effect, law, names, parts)}"
+        f"    for (; i < end; i++, m += between)\n    EACH {{\n{code}\n    }}\n}}\n"
+        f"{_hold(effect, law, index, names, parts)}"
     )
 
 
-def _read(effect: Effect, law: Law, names: list[str], lines: list[str]) -> list[str]:
-    """The arguments that some lines of C name, as constants."""
+def _read(effect: Effect, law: Law, names: list[str], parts: Parts, lines: list[str]) -> list[str]:
+    """The arguments and held parts that some lines of C name, as constants."""
     used = set(re.findall(r"\w+", " ".join(lines)))
-    return [f"const double {n} = {_argument(effect, law, n)};" for n in names if n in used]
+    where = {n: _argument(effect, law, n) for n in names if n in used}
+    where |= {n: f"s->held[h + {k}][l]" for k, n in enumerate(parts.held) if n in used}
+    return [f"const double {n} = {place};" for n, place in where.items()]
 
 
-def _once(effect: Effect, law: Law, names: list[str], parts: dict[str, Any]) -> str:
+def _once(effect: Effect, law: Law, names: list[str], parts: Parts) -> str:
     """What all places share, as C in front of their loop."""
-    if not parts:
+    if not parts.once:
         return ""
-    lines, results = c_statements(parts)
-    body = _read(effect, law, names, [*lines, *results.values()])
-    body += [*lines, *(f"held_{n}[l] = {value};" for n, value in results.items())]
-    arrays = ", ".join(f"held_{n}[LANES]" for n in parts)
+    lines, results = c_statements(parts.once)
+    body = _read(effect, law, names, parts, [*lines, *results.values()])
+    body += [*lines, *(f"once_{n}[l] = {value};" for n, value in results.items())]
+    arrays = ", ".join(f"once_{n}[LANES]" for n in parts.once)
     code = "\n".join(f"        {line}" for line in body)
     return f"    double {arrays};\n    EACH {{\n{code}\n    }}\n"
+
+
+def _hold(effect: Effect, law: Law, index: int, names: list[str], parts: Parts) -> str:
+    """What holds for a run, as a C function; nothing where nothing does."""
+    if not parts.held:
+        return ""
+    lines, results = c_statements(parts.held)
+    body = _read(effect, law, names, parts, [*lines, *results.values()])
+    body += [*lines, *(f"s->held[h + {k}][l] = {v};" for k, v in enumerate(results.values()))]
+    code = "\n".join(f"        {line}" for line in body)
+    head = f"static void {effect.name}_{index}_hold(stage *s, int p, int h)"
+    return f"{head}\n{{\n    EACH {{\n{code}\n    }}\n}}\n"

@@ -18,7 +18,10 @@ from corexy_fmi.topology import Stage
 
 
 def find_forces(stage: Stage) -> str:
-    """`find_forces` of stage.c without belt hooks: the same operations in order, in registers."""
+    """`find_forces` of stage.c without belt hooks: the same operations in order, in registers.
+
+    What nobody reads before the next step is not stored: stores take longer than sums.
+    """
     count, lines = len(stage.coordinates), ["const double half = 0.5 * s->step;"]
     for i in range(count):
         drifted = f"drifted(s->q[{i}][l], v{i}, half)"
@@ -33,22 +36,26 @@ def find_forces(stage: Stage) -> str:
     for n, section in enumerate(stage.sections):
         elongation = section_sum(stage, section)
         lines += [f"const double tension{n} = s->stiffness[{n}][l] * ({elongation});"]
-        lines += [f"s->tension[{n}][l] = tension{n};"]
+        lines += [f"if (kept) s->tension[{n}][l] = tension{n};"]
     for i, force in enumerate(forces(stage, "tension{}", ("r", "r"))):
         lines += _first_forces(i, force) if i < FIRST_IDLER else _idler_step(i, force)
     name = f"{stage.name}_find_forces"
     inner = function(
-        f"{name}_as(stage *s, const int smooth)", lines, "    (void)s; (void)smooth;\n"
+        f"{name}_as(stage *s, const int smooth, const int kept)",
+        lines,
+        "    (void)s; (void)smooth; (void)kept;\n",
     )
     return (
         inner.replace("static void", "INLINE void", 1)
-        + f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1);\n"
-        f"    else {name}_as(s, 0);\n}}\n"
+        + f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1, 1);\n"
+        f"    else if (s->keeps_tensions || s->last) {name}_as(s, 0, 1);\n"
+        f"    else {name}_as(s, 0, 0);\n}}\n"
     )
 
 
 def _first_forces(i: int, force: str) -> list[str]:
-    return [f"s->q[{i}][l] = q{i};", f"s->v[{i}][l] = v{i};", f"s->force[{i}][l] = {force};"]
+    imposed = [f"s->v[{i}][l] = v{i};"] if i >= 2 else []
+    return [f"s->q[{i}][l] = q{i};", *imposed, f"s->force[{i}][l] = {force};"]
 
 
 def _idler_step(i: int, force: str) -> list[str]:

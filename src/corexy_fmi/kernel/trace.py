@@ -54,10 +54,10 @@ def _dear(expression: Any) -> bool:
 
 
 def hoisted(
-    results: Mapping[str, Any], fixed: Collection[str]
+    results: Mapping[str, Any], fixed: Collection[str], prefix: str
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Results with the dear parts that ``fixed`` names alone decide as symbols ``h_0`` ..., and
-    those parts by symbol.
+    """Results with the dear parts that ``fixed`` names alone decide as symbols, ``prefix`` and a
+    number, and those parts by symbol.
     """
     parts: dict[Any, sympy.Symbol] = {}
 
@@ -70,7 +70,7 @@ def hoisted(
         if not isinstance(expression, sympy.Expr) or not _dear(expression):
             return expression
         if is_fixed(expression):
-            name = sympy.Symbol(f"h_{len(parts)}", real=True)
+            name = sympy.Symbol(f"{prefix}{len(parts)}", real=True)
             return parts.setdefault(expression, name)
         if not (expression.is_Add or expression.is_Mul):
             return expression.func(*map(walk, expression.args))
