@@ -294,11 +294,35 @@ static void micro_step(stage *s, double end)
     }
 }
 
+/* motors that are imposed, behind the last of the steps in registers */
+static void set_motors(stage *s, double half)
+{
+    for (int i = 0; i < 2; i++)
+        EACH {
+            const double v = s->command_rate[i][l];
+            s->before[2 + i][l] = v;
+            s->v[2 + i][l] = v;
+            s->q[2 + i][l] = drifted(s->command[i][l], v, half);
+        }
+}
+
+/* what volts make of torque, which no hook changes */
+static void set_torque(stage *s)
+{
+    const lane *gain = (const lane *)&s->parameter[PARAMETER_MOTOR_TORQUE_GAIN];
+    for (int i = 0; i < 2; i++)
+        EACH { s->applied[i][l] = s->voltage[i][l]; s->torque[i][l] = gain[0][l] * s->voltage[i][l]; }
+}
+
 /* intervals in registers, then the motors and the clock behind the last */
 static void run_rows(stage *s, sweep *w)
 {
     table *t = &TOPOLOGIES[s->topology == CONDENSED ? REDUCED : s->topology];
-    if (s->smooth) t->advance_smooth(s, w);
+    if (s->drive == DC) {
+        set_torque(s);
+        if (s->smooth) t->advance_dc_smooth(s, w);
+        else t->advance_dc(s, w);
+    } else if (s->smooth) t->advance_smooth(s, w);
     else t->advance(s, w);
     const interval *at = &w->part[!w->turn];
     const double half = 0.5 * at->step, end = at->start + at->duration;
@@ -310,13 +334,7 @@ static void run_rows(stage *s, sweep *w)
     s->now = 0.5 * (before + end);
     s->elapsed = s->now - s->begun;
     set_command(s, s->now);
-    for (int i = 0; i < 2; i++)
-        EACH {
-            const double v = s->command_rate[i][l];
-            s->before[2 + i][l] = v;
-            s->v[2 + i][l] = v;
-            s->q[2 + i][l] = drifted(s->command[i][l], v, half);
-        }
+    if (s->drive != DC) set_motors(s, half);
     s->time = end;
 }
 
@@ -335,10 +353,13 @@ void stage_advance(stage *s, double duration, double limit)
     s->step = duration / (double)count;
     set_step(s, s->step);
     if (s->plain) {
-        sweep one = {.part = {{.start = start, .duration = duration, .step = s->step,
-                               .since = s->input_time, .count = count}}};
-        memcpy(one.part[0].angle, s->input, sizeof s->input);
-        memcpy(one.part[0].rate, s->input_rate, sizeof s->input_rate);
+        sweep one; /* of one interval, nothing looked at: the rest is not read */
+        interval *at = &one.part[0];
+        one.turn = one.row = one.rows = one.channels = 0;
+        at->start = start, at->duration = duration, at->step = s->step;
+        at->since = s->input_time, at->count = count;
+        memcpy(at->angle, s->input, sizeof s->input);
+        memcpy(at->rate, s->input_rate, sizeof s->input_rate);
         run_rows(s, &one);
         return;
     }

@@ -31,7 +31,7 @@ typedef struct {
     int active_count[PORT_COUNT];
     short active[PORT_COUNT][CALL_COUNT];
     int smooth; /* Coulomb friction is rounded in some lane */
-    int plain; /* no hook runs in a micro-step, motors are imposed, friction is set-valued, a lane is one register */
+    int plain; /* no hook runs in a micro-step, a lane is one register */
     int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
     int law_kind[FREE_FORMS]; /* of all lanes that have one */
     int needs; /* what laws of guides read, see stage_kick.h */
@@ -115,9 +115,11 @@ void stage_push(stage *s, const lane *push);
 /* advance by duration [s] in micro-steps no longer than limit [s] */
 void stage_advance(stage *s, double duration, double limit);
 
-/* whether a sweep does what stage_advance and stage_report would, and sees a channel, OUT_X .. */
-int stage_sweeps(const stage *s);
+/* whether a sensor shows the carriage as it is; where a channel, OUT_X .., then lies: 0 where only a
+ * report finds it, or a sweep leaves it out; whether a sweep does what stage_advance would */
+int stage_shows(const stage *s);
 const lane *stage_seen(const stage *s, int which);
+int stage_sweeps(const stage *s);
 
 /* advance over the rows behind the one that is reached, as far as they are equally long */
 void stage_sweep(stage *s, sweep *w);

@@ -83,7 +83,8 @@ void stage_derive(stage *s)
     s->keeps_tensions = hooked(s, PORT_STRUCTURE);
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);
     s->has_guide_hooks = hooked(s, PORT_GUIDE) || hooked(s, PORT_STICK) || s->has_free_friction;
-    s->plain = WIDE_STEPS && no_hook(s) && s->drive == STEPPER && s->topology != KINEMATIC;
+    s->plain = WIDE_STEPS && no_hook(s) && s->topology != KINEMATIC
+        && (s->drive == STEPPER || (s->sections && !t->direct[0] && !t->direct[1]));
     s->frees_motors = 0;
     for (int i = 0; i < 2; i++)
         EACH s->frees_motors |= s->released[i][l] > 0;

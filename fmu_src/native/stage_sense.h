@@ -111,7 +111,12 @@ void stage_outputs(stage *s, lane *out)
 /* laws that report another carriage than the true one, or nothing in registers: a row at a time */
 int stage_sweeps(const stage *s)
 {
-    return s->plain && s->sections && !hooked(s, PORT_OUTPUT) && !hooked(s, PORT_SENSOR);
+    return s->plain && s->drive == STEPPER && s->sections && stage_shows(s);
+}
+
+int stage_shows(const stage *s)
+{
+    return !hooked(s, PORT_OUTPUT) && !hooked(s, PORT_SENSOR) && !s->has_history;
 }
 
 const lane *stage_seen(const stage *s, int which)
@@ -119,6 +124,7 @@ const lane *stage_seen(const stage *s, int which)
     switch (which) {
     case OUT_X: case OUT_Y: return &s->q[which - OUT_X];
     case OUT_VX: case OUT_VY: return &s->v[which - OUT_VX];
+    case OUT_PHI1: case OUT_PHI2: return s->plain && s->drive != DC ? 0 : &s->q[2 + which - OUT_PHI1];
     case OUT_X_TRUE: case OUT_Y_TRUE: return &s->q[which - OUT_X_TRUE];
     default: return 0;
     }

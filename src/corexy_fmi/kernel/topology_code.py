@@ -16,7 +16,12 @@ from corexy_fmi.kernel.step_code import (
     stretch,
 )
 from corexy_fmi.kernel.trace import c_statements, symbols
-from corexy_fmi.kernel.wide_code import advance, advance_smooth
+from corexy_fmi.kernel.wide_code import (
+    advance,
+    advance_dc,
+    advance_dc_smooth,
+    advance_smooth,
+)
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.topology import STAGES, Section, Stage
 
@@ -30,6 +35,7 @@ struct topology {
     void (*stretch)(stage *), (*find_pull)(stage *), (*find_rate)(stage *), (*pull_idlers)(stage *);
     void (*pull_tied)(stage *), (*tie)(stage *), (*kick_tied)(stage *);
     void (*advance)(stage *, sweep *), (*advance_smooth)(stage *, sweep *);
+    void (*advance_dc)(stage *, sweep *), (*advance_dc_smooth)(stage *, sweep *);
     double weight[SECTIONS][COORDINATES], motor_weight[SECTIONS][2];
     double belt_sign[SECTIONS], side[SECTIONS], yaw_arm[SECTIONS];
     double rest[2][2];
@@ -156,6 +162,7 @@ def _table(stage: Stage) -> str:
 FUNCTIONS = (
     _derive, _elongate, _collect, _measure, _add_runout, _collect_runout, find_forces,
     stretch, find_pull, find_rate, pull_idlers, pull_tied, tie, kick_tied, advance, advance_smooth,
+    advance_dc, advance_dc_smooth,
 )  # fmt: skip
 
 

@@ -59,30 +59,43 @@ def advance_smooth(stage: Stage) -> str:
     return _advance(stage, _slid)
 
 
-def _advance(stage: Stage, left: Callable[[int, str], str]) -> str:
-    """``left``: what friction leaves of a coordinate's speed."""
-    name = f"{stage.name}_advance{'_smooth' if left is _slid else ''}"
+def advance_dc(stage: Stage) -> str:
+    """The same of rotors that a torque turns, even over a row."""
+    return _advance(stage, _stopped, dc=True)
+
+
+def advance_dc_smooth(stage: Stage) -> str:
+    """Both."""
+    return _advance(stage, _slid, dc=True)
+
+
+def _advance(stage: Stage, left: Callable[[int, str], str], dc: bool = False) -> str:
+    """``left``: what friction leaves of a coordinate's speed; ``dc``: no motor is imposed."""
+    name = f"{stage.name}_advance{'_dc' if dc else ''}{'_smooth' if left is _slid else ''}"
     if not stage.sections:
         return f"static void {name}(stage *s, sweep *w)\n{{\n    (void)s; (void)w;\n}}\n"
-    free = [i for i in range(len(stage.coordinates)) if i not in (2, 3)]
+    free = [i for i in range(len(stage.coordinates)) if dc or i not in (2, 3)]
+    found = forces(stage, "tension{}", ("r", "r"))
+    if dc:
+        found[2:4] = [f"({found[i]}) + WIDE(s->torque[{i - 2}])" for i in (2, 3)]
     store = {i: f"WIDE(s->q[{i}]) = q{i}, WIDE(s->v[{i}]) = v{i};" for i in free}
     return ADVANCE.format(
         name=name,
         load="\n    ".join(f"wide q{i} = WIDE(s->q[{i}]), v{i} = WIDE(s->v[{i}]);" for i in free),
         drift="\n        ".join(f"q{i} = q{i} + half * v{i};" for i in free),
         hold="\n            ".join(f"WIDE(s->q[{i}]) = q{i};" for i in free),
-        tensions="\n            ".join(_tensions(stage)),
-        kept="\n                ".join(_kept(stage)),
-        kick="\n            ".join(_kick(stage, free, left)),
+        tensions="\n            ".join(_tensions(stage, free)),
+        kept="\n                ".join(_kept(stage, free, found)),
+        kick="\n            ".join(_kick(free, found, left)),
         on="\n            ".join(f"q{i} = q{i} + d{i};" for i in free),
-        store="\n        ".join(store[i] for i in free if i < 2),
+        store="\n        ".join(store[i] for i in free if i < FIRST_IDLER),
         leave="\n    ".join(store.values()),
     )
 
 
-def _tensions(stage: Stage) -> list[str]:
-    lines = ["const wide r = WIDE(s->radius[0]);", "(void)r;"]
-    for m, i in ((0, 2), (1, 3)):
+def _tensions(stage: Stage, free: Sequence[int]) -> list[str]:
+    lines = ["const wide r = WIDE(s->radius[0]);", "(void)r; (void)now;"]
+    for m, i in ((m, i) for m, i in ((0, 2), (1, 3)) if i not in free):
         angle = f"WIDE(at->angle[{m}]) + WIDE(at->rate[{m}]) * spread(now - at->since)"
         lines += [f"const wide q{i} = {angle};"]
     lines += [f"const wide u{i} = r * q{i}; (void)u{i};" for i in range(2, len(stage.coordinates))]
@@ -92,11 +105,10 @@ def _tensions(stage: Stage) -> list[str]:
     return lines
 
 
-def _kept(stage: Stage) -> list[str]:
-    found = forces(stage, "tension{}", ("r", "r"))[:FIRST_IDLER]
+def _kept(stage: Stage, free: Sequence[int], found: Sequence[str]) -> list[str]:
     lines = [f"WIDE(s->tension[{n}]) = tension{n};" for n in range(len(stage.sections))]
-    lines += [f"WIDE(s->force[{i}]) = {force};" for i, force in enumerate(found)]
-    return lines + [f"WIDE(s->before[{i}]) = v{i};" for i in range(2)]
+    lines += [f"WIDE(s->force[{i}]) = {force};" for i, force in enumerate(found[:FIRST_IDLER])]
+    return lines + [f"WIDE(s->before[{i}]) = v{i};" for i in free if i < FIRST_IDLER]
 
 
 def _stopped(i: int, fast: str) -> str:
@@ -109,8 +121,10 @@ def _slid(i: int, fast: str) -> str:
     return f"slid({fast}, WIDE(s->slip[{i}]), {rounding})"
 
 
-def _kick(stage: Stage, free: Sequence[int], left: Callable[[int, str], str]) -> list[str]:
-    lines, found = [], forces(stage, "tension{}", ("r", "r"))
+def _kick(
+    free: Sequence[int], found: Sequence[str], left: Callable[[int, str], str]
+) -> list[str]:
+    lines = []
     for i in free:
         kick = f"WIDE(s->keep[{i}]) * v{i} + WIDE(s->push[{i}]) * ({found[i]})"
         lines += [f"v{i} = {left(i, kick)};", f"const wide d{i} = half * v{i};"]
