@@ -121,9 +121,7 @@ def _slid(i: int, fast: str) -> str:
     return f"slid({fast}, WIDE(s->slip[{i}]), {rounding})"
 
 
-def _kick(
-    free: Sequence[int], found: Sequence[str], left: Callable[[int, str], str]
-) -> list[str]:
+def _kick(free: Sequence[int], found: Sequence[str], left: Callable[[int, str], str]) -> list[str]:
     lines = []
     for i in free:
         kick = f"WIDE(s->keep[{i}]) * v{i} + WIDE(s->push[{i}]) * ({found[i]})"

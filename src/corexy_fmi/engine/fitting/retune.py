@@ -20,7 +20,6 @@ from corexy_fmi.engine.fitting.starts import stiffened
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
-EASED = 6  # iterations of a fit that goes on by longer micro-steps
 SHOWN = 5.0  # [nats] that longer micro-steps may change; the last fits take the machine's own
 AHEAD = 4  # of the fits that were begun, best first, which are carried on
 LENGTHS = (4.0, 3.0, AT_EASE)  # of the micro-step, in those that the machine needs
@@ -35,21 +34,13 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     ahead = sorted(begun(first, start, mapper=mapper), key=lambda fit: fit.cost)
     ends = _distinct(list(mapper(lambda fit: minimise(first, fit.u, 15), ahead[:AHEAD])))
     cleaned = replace(problem, runs=without_spikes(ends[0]))
-    return _eased(best(list(mapper(lambda fit: _ended(cleaned, fit.u), ends))))
+    return best(list(mapper(lambda fit: _ended(cleaned, fit.u), ends)))
 
 
 def _at_ease(problem: Problem, start: np.ndarray) -> Problem:
     """The problem with longer micro-steps for its first fits, where none breaks down by them."""
     coarse = replace(problem, coarse=AT_EASE)
     return coarse if _holds(coarse, [start]) else problem
-
-
-def _eased(fit: Fit) -> Fit:
-    """The fit by longer micro-steps, where the noise that it ended with hides what they change:
-    what is searched from there takes a half or a quarter of the time.
-    """
-    longer = quick(fit)
-    return fit if longer is fit else minimise(longer.problem, longer.u, EASED)
 
 
 def _distinct(fits: list[Fit]) -> list[Fit]:
