@@ -22,7 +22,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_the_parts_put_back_give_the_law(case):
     law, count = CASES[case]
-    found, parts = hoisted({"force": law}, FIXED)
+    found, parts = hoisted({"force": law}, FIXED, "h_")
     assert len(parts) == count
     assert all({str(s) for s in part.free_symbols} <= FIXED for part in parts.values())
     again = found["force"].subs({sympy.Symbol(n, real=True): e for n, e in parts.items()})
@@ -32,4 +32,4 @@ def test_the_parts_put_back_give_the_law(case):
 
 def test_nothing_is_taken_out_where_nothing_is_fixed():
     law = X * exp(-P / Q)
-    assert hoisted({"force": law}, set()) == ({"force": law}, {})
+    assert hoisted({"force": law}, set(), "h_") == ({"force": law}, {})
