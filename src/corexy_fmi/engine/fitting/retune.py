@@ -20,7 +20,7 @@ from corexy_fmi.engine.fitting.starts import stiffened
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
 
-SHOWN = 5.0  # [nats] that longer micro-steps may change; the last fits take the machine's own
+SHOWN = 3.0  # [nats] that longer micro-steps may change; the last fits take the machine's own
 AHEAD = 4  # of the fits that were begun, best first, which are carried on
 LENGTHS = (4.0, 3.0, AT_EASE)  # of the micro-step, in those that the machine needs
 
@@ -29,18 +29,10 @@ def retune(layout: Layout, machine: Machine, runs: tuple[Run, ...], mapper: Mapp
     """The nominal parameters refitted, spikes left out, under the noise of their own residuals."""
     noise = tuple(tuple(white(quick_noise(s)) for s in run.samples) for run in runs)
     problem = Problem(layout, machine, runs, noise=noise)
-    start = clock.start(problem)
-    first = _at_ease(problem, start)
-    ahead = sorted(begun(first, start, mapper=mapper), key=lambda fit: fit.cost)
-    ends = _distinct(list(mapper(lambda fit: minimise(first, fit.u, 15), ahead[:AHEAD])))
+    ahead = sorted(begun(problem, clock.start(problem), mapper=mapper), key=lambda fit: fit.cost)
+    ends = _distinct(list(mapper(lambda fit: minimise(problem, fit.u, 15), ahead[:AHEAD])))
     cleaned = replace(problem, runs=without_spikes(ends[0]))
     return best(list(mapper(lambda fit: _ended(cleaned, fit.u), ends)))
-
-
-def _at_ease(problem: Problem, start: np.ndarray) -> Problem:
-    """The problem with longer micro-steps for its first fits, where none breaks down by them."""
-    coarse = replace(problem, coarse=AT_EASE)
-    return coarse if _holds(coarse, [start]) else problem
 
 
 def _distinct(fits: list[Fit]) -> list[Fit]:
