@@ -7,7 +7,12 @@ from benchmarks.concealed.cases import CATALOGUES
 
 
 def outcome(
-    error: float | None, verdict: str, coordinate: str, commit: str = "abc", near: float = 300.0
+    error: float | None,
+    verdict: str,
+    coordinate: str,
+    commit: str = "abc",
+    near: float = 300.0,
+    reached: float = 400.0,
 ) -> dict:
     """One case as it is kept."""
     planted = [{"name": "cable_drag", "location": "y", "parameters": {}}]
@@ -17,6 +22,7 @@ def outcome(
         "seed": 1,
         "origin": "abc",
         "commit": commit,
+        "reached": {"retuned": 990.0, "explained": reached},
         "outcome": "wrong" if verdict == "explained" else "abstained",
         "truth": {"kind": "effect", "effects": planted, "E": 990.0, "E_sep": near},
         "document": {
@@ -34,11 +40,13 @@ def test_the_section_counts_near_laws_right_places_and_wrong_names():
         outcome(0.4, "unexplained", "x", "def"),
         outcome(None, "explained", "sensor"),
         outcome(None, "explained", "y", near=20.0),
+        outcome(None, "explained", "y", reached=30.0),
     ]
     page = " ".join(curves.section(said))
-    assert "misnamed: 2/4 = 50.0 %" in page
-    assert "(E_sep >= 100) 1/3 = 33.3 %" in page
-    assert "right coordinate: 1/3 = 33.3 %" in page
+    assert "misnamed: 3/5 = 60.0 %" in page
+    assert "(E_sep >= 100) 2/4 = 50.0 %" in page
+    assert "stand for one) 1/3 = 33.3 %" in page
+    assert "right coordinate: 1/4 = 25.0 %" in page
     assert "1/2 = 50.0 % [9.5, 90.5] within it, median 0.25" in page
     assert "One engine ran all" not in page
     assert "One engine ran all" in " ".join(curves.section(said[:1]))

@@ -105,7 +105,7 @@ def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
             "",
             "the same, none found by the engine's own fit either (what is named stays 100 or more "
             "off the noise-free truth; kept since)",
-            _said([e for e in asked if not _twin_found(e["struck"])], "explained"),
+            _said([e for e in asked if not _found_twin(e["struck"])], "explained"),
         ),
         ("", "no nearer twin left: `unexplained`", _said(clear, "unexplained")),
         (
@@ -121,9 +121,13 @@ def struck(entries: list[Entry]) -> list[tuple[str, str, str]]:
     ]
 
 
-def _twin_found(struck: Entry) -> bool:
+def _found_twin(struck: Entry) -> bool:
+    return is_twin(struck["verdict"], struck["reached"])
+
+
+def is_twin(verdict: str, reached: float) -> bool:
     """Whether what is named for a struck entry comes so near to the truth that it is its twin."""
-    return struck["verdict"] == "explained" and struck["reached"] < NEAR_TWIN
+    return verdict == "explained" and reached < NEAR_TWIN
 
 
 def _beside(
