@@ -20,7 +20,7 @@ from corexy_fmi.topology import Stage
 def find_forces(stage: Stage) -> str:
     """`find_forces` of stage.c without belt hooks: the same operations in order, in registers.
 
-    What nobody reads before the next step is not stored: stores take longer than sums.
+    What nobody reads before the next step is not stored: eight lanes' stores take longer than sums.
     """
     count, lines = len(stage.coordinates), ["const double half = 0.5 * s->step;"]
     for i in range(count):
@@ -48,7 +48,7 @@ def find_forces(stage: Stage) -> str:
     return (
         inner.replace("static void", "INLINE void", 1)
         + f"static void {name}(stage *s)\n{{\n    if (s->smooth) {name}_as(s, 1, 1);\n"
-        f"    else if (s->keeps_tensions || s->last) {name}_as(s, 0, 1);\n"
+        f"    else if (LANES == 1 || s->keeps_tensions || s->last) {name}_as(s, 0, 1);\n"
         f"    else {name}_as(s, 0, 0);\n}}\n"
     )
 

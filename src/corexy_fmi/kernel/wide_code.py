@@ -72,7 +72,7 @@ def advance_dc_smooth(stage: Stage) -> str:
 def _advance(stage: Stage, left: Callable[[int, str], str], dc: bool = False) -> str:
     """``left``: what friction leaves of a coordinate's speed; ``dc``: no motor is imposed."""
     name = f"{stage.name}_advance{'_dc' if dc else ''}{'_smooth' if left is _slid else ''}"
-    if not stage.sections:
+    if not stage.sections or (dc and any(stage.direct)):
         return f"static void {name}(stage *s, sweep *w)\n{{\n    (void)s; (void)w;\n}}\n"
     free = [i for i in range(len(stage.coordinates)) if dc or i not in (2, 3)]
     found = forces(stage, "tension{}", ("r", "r"))
