@@ -53,8 +53,9 @@ static double looped(const stage *s, const batch *b, int i, int l, double refere
     return b->kp * (reference - s->q[2 + i][l]) + b->kd * (b->rate_weight * rate - s->v[2 + i][l]);
 }
 
-/* lanes from first up to end have one input; ``end`` is known to the compiler */
-static inline __attribute__((always_inline)) void set_volts(stage *s, const batch *b, int i, const double *input, int row, int first, const int end)
+/* lanes from first up to end have one input; inlined, the compiler knows how many */
+static inline void set_volts(stage *s, const batch *b, int i, const double *input, int row,
+                             int first, const int end)
 {
     const double u = input[row], rate = slope(b, input, row);
     for (int l = first; l < end; l++)
@@ -162,6 +163,7 @@ static int swept(const stage *s, const batch *b, course input, sweep *w)
     return 1;
 }
 
+/* whether all channels lie in the stage's own state */
 static int all_seen(const stage *s, const batch *b)
 {
     for (int c = 0; c < b->channels; c++)

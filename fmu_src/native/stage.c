@@ -67,7 +67,7 @@ INLINE int hooked(const stage *s, int port) { return s->active_count[port] > 0; 
 static void set_step(stage *s, double h)
 {
     if (same_step(s, h)) return;
-    s->held_step = h;
+    s->held_step = s->step = h;
     set_kick(s, h);
     hold_parts(s);
 }

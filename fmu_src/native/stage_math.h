@@ -2,7 +2,8 @@
  * that every platform and every number of lanes gives the same bits.  Part of stage.c.
  *
  * Polynomials by pairs of terms (Estrin): a chain from the highest term down takes three times as
- * long, and the next speed waits for it.  Reduction and polynomials as in fdlibm (Sun Microsystems, 1993); 1 ulp or so for |angle| < 1e6. */
+ * long, and the next speed waits for it.  Reduction and coefficients as in fdlibm (Sun Microsystems,
+ * 1993); 1 ulp or so for |angle| < 1e6. */
 
 INLINE double larger(double a, double b) { return a > b ? a : b; }
 INLINE double smaller(double a, double b) { return a < b ? a : b; }

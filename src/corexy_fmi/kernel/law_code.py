@@ -12,7 +12,7 @@ from corexy_fmi.effects.api import Effect, Law
 from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
 from corexy_fmi.kernel.trace import argument_names, c_statements, hoisted, symbols
 
-HELD, ONCE = "h_", "o_"  # prefixes of what is found once for a run, for all places of a step
+HELD, ONCE = "h_", "once_"  # prefixes of what is found once for a run, for all places of a step
 ARGUMENTS = "stage *s, int p, int m, int h, int between, int i, int end"  # of a law in C
 PLAIN_ARRAYS = ("belt_sign", "side", "yaw_arm")  # the same for all lanes
 RESERVED = {
@@ -82,7 +82,7 @@ def check_names(effect: Effect) -> None:
     """
     taken = RESERVED.union(*(PORTS[law.port].variables for law in effect.laws))
     for name in (*effect.memory, *(p.name for p in effect.parameters)):
-        if name in taken or not name.isidentifier() or name.startswith(("t_", HELD, ONCE, "once_")):
+        if name in taken or not name.isidentifier() or name.startswith(("t_", HELD, ONCE)):
             raise ValueError(f"{effect.name}: the name {name!r} is taken, choose another")
 
 
@@ -132,7 +132,7 @@ def law_code(effect: Effect, law: Law, index: int) -> str:
     lines, results = c_statements(parts.results)
     body = [f"const int on = {on_expression(effect, 'p')};"]
     body += _read(effect, law, names, parts, [*lines, *results.values()])
-    body += [f"const double {n} = once_{n}[l];" for n in parts.once]
+    body += [f"const double {n} = {n}_lanes[l];" for n in parts.once]
     body += lines
     body += [f"const double {n}_new = {value};" for n, value in results.items()]
     targets = {n: _target(effect, law, n) for n in results}
@@ -161,8 +161,8 @@ def _once(effect: Effect, law: Law, names: list[str], parts: Parts) -> str:
         return ""
     lines, results = c_statements(parts.once)
     body = _read(effect, law, names, parts, [*lines, *results.values()])
-    body += [*lines, *(f"once_{n}[l] = {value};" for n, value in results.items())]
-    arrays = ", ".join(f"once_{n}[LANES]" for n in parts.once)
+    body += [*lines, *(f"{n}_lanes[l] = {value};" for n, value in results.items())]
+    arrays = ", ".join(f"{n}_lanes[LANES]" for n in parts.once)
     code = "\n".join(f"        {line}" for line in body)
     return f"    double {arrays};\n    EACH {{\n{code}\n    }}\n"
 
