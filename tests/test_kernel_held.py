@@ -22,8 +22,9 @@ def with_law(values, acts, argument, location="x", knots=24, size=2.0):
     """A vector with a free-form law of many knots, over what a short run reaches."""
     values, reach = values.copy(), REACH[argument]
     places = np.linspace(0.0 if argument == "t" else -reach, reach, knots)
-    heights = size * np.abs(np.sin(np.arange(knots))) if acts == "friction" else None
-    heights = size * np.sin(np.arange(knots)) if heights is None else heights
+    heights = size * np.sin(np.arange(knots))
+    if acts == "friction":
+        heights = np.abs(heights)
     law = FreeForm(location, argument, tuple(places), tuple(heights), acts)
     _write_free_form(bundled_layout(), values, law)
     return values
