@@ -157,8 +157,11 @@ void drive_begin(void)
 
 uint8_t drive_gains(const uint8_t *body, uint8_t length)
 {
-	if (length != sizeof gains) return REFUSED_FORM;
-	memcpy(&gains, body, sizeof gains);
+	struct gains given;
+	if (length != sizeof given) return REFUSED_FORM;
+	memcpy(&given, body, sizeof given);
+	if (given.largest > INT16_MAX) return REFUSED_FORM; /* voltages are 16 bits of millivolts */
+	gains = given;
 	return NOTHING;
 }
 

@@ -141,8 +141,13 @@ static void ramp(void)
 	}
 	left--;
 	drive_counts(counts);
-	if (!left || outside(counts[0], counts[1])) rates[0] = rates[1] = left = 0;
-	else rates[0] -= less[0], rates[1] -= less[1];
+	if (!left || outside(counts[0], counts[1])) {
+		uint8_t sudden = magnitude(rates[0]) > config.jump || magnitude(rates[1]) > config.jump;
+		if (ENCODERLESS && sudden) position_known = 0;
+		rates[0] = rates[1] = left = 0;
+	} else {
+		rates[0] -= less[0], rates[1] -= less[1];
+	}
 	cli();
 	if (state == STOPPING) {
 		drive_set_rates(rates);

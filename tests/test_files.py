@@ -35,6 +35,15 @@ def test_a_folder_keeps_what_else_it_holds(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"kept", "new"}
 
 
+def test_a_result_replaces_all_of_the_one_before(tmp_path):
+    for name in ("kept", "a", "b"):
+        (tmp_path / name).write_text("old")
+    with write_folder(tmp_path, replacing=("a", "b")) as folder:
+        (folder / "a").write_text("new")
+        assert (tmp_path / "b").exists()
+    assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {"kept": "old", "a": "new"}
+
+
 def test_folders_on_the_way_are_made(tmp_path):
     with write_beside(tmp_path / "a" / "b" / "c.txt") as beside:
         assert beside.suffix == ".txt"

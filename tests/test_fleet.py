@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import CancelledError, Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import fleet_kit
@@ -187,6 +188,22 @@ def test_a_cluster_that_went_away_is_one_line_and_keeps_what_is_there(tmp_path):
     make_fleet(tmp_path)
     with pytest.raises(InputError, match="the cluster went away with m1 under way"):
         run(tmp_path, executor=Broken(CancelledError()))
+    assert run(tmp_path)[1] == ["m1", "m2", "m3"]
+
+
+class Dead(Here):
+    """An executor whose processes are found dead when m1 is handed over."""
+
+    def submit(self, fn, /, parcel):
+        if parcel.name == "m1":
+            raise BrokenProcessPool("dead")
+        return super().submit(fn, parcel)
+
+
+def test_a_worker_that_died_before_the_next_is_handed_over_is_one_line(tmp_path):
+    make_fleet(tmp_path)
+    with pytest.raises(InputError, match="a worker process died with m1 under way"):
+        run(tmp_path, executor=Dead())
     assert run(tmp_path)[1] == ["m1", "m2", "m3"]
 
 

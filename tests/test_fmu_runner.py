@@ -258,3 +258,15 @@ def test_a_refusal_carries_the_fmus_own_sentence(
     with pytest.raises(InputError, match=r"carriage\.mass: found -1"):
         run_fmu(fmu, order, wrong)
     assert list(tmp_path.glob("corexy-fmu-*")) == []
+
+
+@pytest.mark.parametrize("name", ["light_bench", "yin2018_dc"])
+def test_rows_that_were_lost_are_run_and_left_out(name: str) -> None:
+    chosen = machine(name)
+    order = rectangle(chosen, size=0.02)
+    kept = np.delete(np.arange(len(order)), [len(order) // 3, len(order) // 3 + 1, 400])
+    channels = {n: v[kept] for n, v in order.channels.items()}
+    cut = replace(order, time=order.time[kept], channels=channels)
+    found = run_fmu(build_fmu(folder() / f"lost-{name}", chosen), cut)
+    assert np.array_equal(found.time, cut.time)
+    assert largest(found, simulate(chosen, cut), "x", "y") < LIMIT

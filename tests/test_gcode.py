@@ -35,6 +35,12 @@ def test_a_name_given_by_g92_shifts_what_follows(tmp_path):
     assert points[-1] == pytest.approx([0.015, 0.0])
 
 
+def test_g92_before_any_move_says_where_it_begins(tmp_path):
+    _, points = path(tmp_path, "G92 X0 Y0\nG1 X10 Y0 F600\nG1 X10 Y10")
+    assert points[0] == pytest.approx([0.0, 0.0])
+    assert points[-1] == pytest.approx([0.01, 0.01])
+
+
 @pytest.mark.parametrize(("code", "top"), [("G3", 1.0), ("G2", -1.0)])
 def test_arcs_turn_the_right_way(tmp_path, code, top):
     time, points = path(tmp_path, f"G1 X10 Y0 F600\n{code} X-10 Y0 I-10 J0")

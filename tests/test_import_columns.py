@@ -63,6 +63,7 @@ def test_a_csv_file_with_blanks_and_a_comment(table):
         (["x=pos"], "no column mapped to time"),
         (["time=t", "x:pos"], "expected OURS=THEIRS"),
         (["time=t", "z=pos"], "unknown channel 'z'"),
+        (["time=t", "x=pos", "x=ref"], "map: x 2 times, expected once"),
         (["time=t", "x=poss"], "no column 'poss'.*pos"),
         (["time=t", "x=pos[V]"], "unit 'V', expected one of m, mm, um"),
         (["time=t", "x=kp"], "different lengths .*x 1"),

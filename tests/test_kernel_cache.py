@@ -88,3 +88,10 @@ def test_a_failing_compiler_is_told(tmp_path):
     with pytest.raises(InputError, match="the C compiler failed"):
         compiler.compile_library([tmp_path / "bad.c"], tmp_path / "bad.so")
     assert [path.name for path in tmp_path.iterdir()] == ["bad.c"]
+
+
+def test_a_cache_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "good.c").write_text("int good(void) { return 1; }")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        compiler.compile_library([tmp_path / "good.c"], tmp_path / "file" / "good.so")

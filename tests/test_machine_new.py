@@ -54,6 +54,16 @@ def printer(tmp_path):
     return write
 
 
+@pytest.mark.parametrize("name", ["a folder", "old [2023]", "what?"])
+def test_includes_are_found_whatever_the_folder_is_called(printer, tmp_path, name):
+    folder = tmp_path / name
+    folder.mkdir()
+    for path in (printer(), tmp_path / "drivers.cfg"):
+        path.rename(folder / path.name)
+    found = read_printer(folder / "printer.cfg")
+    assert found == read_printer(folder / "printer.cfg")
+
+
 def run(*words, answers=None):
     return CliRunner().invoke(app, [str(word) for word in words], input=answers)
 

@@ -39,7 +39,7 @@ def test_weak_proof_and_an_assumed_machine_are_said(capsys):
     screen = shown(capsys, heldout=heldout, machine_assumed=True)
     assert "weak" in screen
     assert "none" in screen
-    assert "surrogate, was assumed" in screen
+    assert "a surrogate was assumed" in screen
 
 
 @pytest.mark.parametrize(

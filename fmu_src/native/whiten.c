@@ -1,4 +1,4 @@
-/* Errors of simulated channels, whitened: what the Python package fits (engine/whitening.py). */
+/* Errors of simulated channels, whitened: what the Python package fits (engine/fitting/whitening.py). */
 #include <stddef.h>
 #include <stdint.h>
 

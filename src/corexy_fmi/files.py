@@ -6,7 +6,7 @@ import errno
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -15,6 +15,8 @@ from filelock import FileLock, Timeout
 from corexy_fmi.errors import InputError
 
 LOCK = ".lock"
+PROGRAM = "next_experiment.csv"
+RESULT_FILES = ("report.html", "diagnosis.json", "machine.toml", "CoreXY.fmu", PROGRAM)
 
 
 @contextmanager
@@ -35,11 +37,11 @@ def write_beside(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def write_folder(folder: Path) -> Iterator[Path]:
+def write_folder(folder: Path, replacing: Collection[str] = ()) -> Iterator[Path]:
     """Give a fresh folder to fill; its files move into ``folder`` once all are complete.
 
-    Files of other names that ``folder`` already holds stay.  Raises InputError where the place
-    cannot be written.
+    Files of other names that ``folder`` already holds stay, but for those of an earlier result that
+    is ``replacing`` them all.  Raises InputError where the place cannot be written.
     """
     beside = _beside(folder)
     with _told(folder, beside):
@@ -47,8 +49,11 @@ def write_folder(folder: Path) -> Iterator[Path]:
             beside.mkdir(parents=True)
             yield beside
             folder.mkdir(exist_ok=True)
-            for item in sorted(beside.iterdir()):
+            fresh = sorted(beside.iterdir())
+            for item in fresh:
                 os.replace(item, folder / item.name)
+            for name in {*replacing} - {item.name for item in fresh}:
+                (folder / name).unlink(missing_ok=True)
         finally:
             shutil.rmtree(beside, ignore_errors=True)
 

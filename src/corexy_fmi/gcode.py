@@ -71,10 +71,13 @@ class Reader:
         return rest(self.place.tolist(), seconds) if known else None
 
     def _rename(self, words: dict[str, float]) -> None:
-        """G92: the place here gets another name."""
+        """G92: the place here gets another name; before any move it is what it is called."""
         for axis, name in enumerate("XY"):
             if name in words:
-                self.shift[axis] = self.place[axis] - words[name] * self.unit
+                told = words[name] * self.unit
+                if np.isnan(self.place[axis]):
+                    self.place[axis] = told
+                self.shift[axis] = self.place[axis] - told
 
     def _target(self, words: dict[str, float]) -> Array:
         target = self.place.copy()

@@ -12,6 +12,15 @@ from corexy_fmi.commands.diagnose import expand_holdouts
 
 SMALL = ("--width", "0.02", "--height", "0.015", "--speed", "0.039")
 GOOD = "time,phi1,phi2,x\n0,0,0,0\n0.1,0.1,0,0\n"
+OWN = """
+from corexy_fmi.effects.api import AXES, Effect, Law, Parameter
+def drag(velocity, size):
+    return {"damping": size * velocity}
+EFFECT = Effect(name="own", summary="a drag", locations=AXES,
+    parameters=(Parameter("size", "N s/m", "its size", 0.0, 0.0, 9.0, (1.0,), size=True),),
+    laws=(Law("guide", drag),), equation="", citation="", remedy="", check="", looks_like="",
+    state="speed")
+"""
 FILES = {
     "good.csv": GOOD,
     "word.csv": "time,phi1,phi2,x\n0,0,0,0\n0.1,zero,0,0\n",
@@ -22,6 +31,9 @@ FILES = {
     "typo.toml": "[parameters]\ncarriage_mas = 0.1\n",
     "open.toml": "[machine]\ndrive = 'dc'\n",
     "effect.py": "EFFECT = 3\n",
+    "broken.py": "import math\nEFFECT = math.sine(1.0)\n",
+    "typo.py": OWN.replace("velocity", "velocty"),
+    "attribute.py": OWN.replace("size * velocity", "size * velocity.speed"),
     "raw.csv": "#time,accel_x,accel_y,accel_z\n0,0,0,0\n1,1,1,1\n",
 }
 KLIPPER = ("import", "klipper", "raw.csv", "--speed", "0.1", "--accel", "1", "--out", "o.csv")
@@ -89,6 +101,18 @@ BAD = {
     "own effect": (
         ("diagnose", "good.csv", "--effects", "effect.py", "--out", "o"),
         "EFFECT is missing",
+    ),
+    "own effect broken": (
+        ("diagnose", "good.csv", "--effects", "broken.py", "--out", "o"),
+        "broken.py: cannot be loaded as an effect: AttributeError",
+    ),
+    "own effect's word": (
+        ("diagnose", "good.csv", "--effects", "typo.py", "--out", "o"),
+        "own: drag reads velocty",
+    ),
+    "own effect's law": (
+        ("diagnose", "good.csv", "--effects", "attribute.py", "--out", "o"),
+        "own: drag cannot be traced: AttributeError",
     ),
     "own effect absent": (
         ("diagnose", "good.csv", "--effects", "none.py", "--out", "o"),

@@ -141,17 +141,21 @@ def test_watchdog_holds_while_nothing_moves(rig: Rig) -> None:
     assert (status.state, status.fault) == (State.FAULT, Cause.BY_WATCHDOG)
 
 
-def test_the_ramp_ends_at_the_edge_of_the_stage(rig: Rig) -> None:
-    board, limits = armed(rig, Allowed(acceleration=0.05))
+@pytest.mark.parametrize(("jump", "known"), [(0.05, True), (0.005, False)])
+def test_the_ramp_ends_at_the_edge_of_the_stage(rig: Rig, jump: float, known: bool) -> None:
+    """Where a motor may not stop so suddenly, nobody knows the place any more."""
+    board, limits = armed(rig, Allowed(acceleration=0.05, jump=jump))
     board.command(Type.CLEAR)
-    edge = limits.x // 2 - 40
+    edge = limits.x // 2 - 80
     board.command(Type.ORIGIN, PAIR.pack(edge, edge))
     board.command(Type.ARM)
-    assert give(board, Segment(1000, SLOW, SLOW)) is Cause.NOTHING
+    slower = Segment(2500, SLOW // 2, SLOW // 2)
+    assert give(board, slower, Segment(1000, SLOW, SLOW)) is Cause.NOTHING
     start(board)
     wait(board, 0.6)
     a, b = board.fresh_status().counts
     assert a + b <= limits.x + 4  # within the millisecond in which the ramp looks
+    assert bool(board.fresh_status().flags & Flag.POSITION_KNOWN) is known
 
 
 def test_the_tick_counter_may_wrap_in_a_run(rig: Rig) -> None:

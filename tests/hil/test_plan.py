@@ -8,7 +8,7 @@ import pytest
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.clock import Clock, lower_envelope
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
-from corexy_fmi.hil.protocol import Decoder, Info, Pong, Type, encode
+from corexy_fmi.hil.protocol import SEGMENT, Decoder, Info, Pong, Type, encode
 from corexy_fmi.hil.segments import END, check, plan, step_ticks
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import load_machine
@@ -88,6 +88,16 @@ def test_decoder_finds_frames_in_noise() -> None:
     assert decoder.feed(b"noise\0" + frame[:5]) == []
     assert decoder.feed(frame[5:] + broken) == [Pong(7, 9, 1)]
     assert (decoder.good, decoder.bad) == (1, 2)
+
+
+@pytest.mark.parametrize("apart", [1.0, 2.7, 4.0, 9.0])
+def test_rows_may_be_seconds_apart_where_a_motor_turns(apart: float) -> None:
+    scale = Scale(3200, 1 << 32, 5e-3, 1 / 25_000)
+    angles = np.array([[0.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.8, 0.0]])
+    made = plan(apart * np.arange(4), angles, scale, (0, 0))
+    assert all(len(SEGMENT.pack(*segment)) for segment in made.segments)  # 16 bits hold its ticks
+    assert made.counts == pytest.approx(angles[-1] * 3200 / (2 * np.pi), abs=1)
+    assert made.ticks[-1] == pytest.approx(3 * apart * 25_000, abs=4)
 
 
 def test_clock_finds_offset_and_drift() -> None:

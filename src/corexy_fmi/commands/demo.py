@@ -16,7 +16,7 @@ from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.corners import corner_table
 from corexy_fmi.errors import InputError
 from corexy_fmi.figure import draw_rectangle
-from corexy_fmi.files import write_folder
+from corexy_fmi.files import RESULT_FILES, write_folder
 from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.recording import write_recording
 from corexy_fmi.rectangle import Rectangle
@@ -80,7 +80,7 @@ def _diagnose(case: Path, out: Path) -> None:
     own = case / "machine.toml"
     machine = load_machine(own if own.is_file() else ASSUMED)
     trains, holdouts = read_all(sorted(case.glob("train*.csv")), sorted(case.glob("holdout*.csv")))
-    with progress() as move, write_folder(out) as folder:
+    with progress() as move, write_folder(out, RESULT_FILES) as folder:
         document = write_diagnosis(folder, trains, holdouts, machine, False, 2, None, move, began)
     say(f"bundled recordings {case.name}:")
     label(machine)

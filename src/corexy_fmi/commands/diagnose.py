@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import time
 from collections import Counter
@@ -21,6 +20,7 @@ from corexy_fmi.commands.screen import (
     JobsOption,
     JsonOption,
     assumed_machine,
+    cores,
     existing_folder_or_none,
     label,
     progress,
@@ -30,7 +30,7 @@ from corexy_fmi.commands.screen import (
 from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.effects import catalogue, own_effects
 from corexy_fmi.errors import InputError
-from corexy_fmi.files import write_folder
+from corexy_fmi.files import RESULT_FILES, write_folder
 from corexy_fmi.machine import Machine, load_machine, save_machine
 from corexy_fmi.recording import Recording, check_drive, read_recording, write_recording
 
@@ -96,7 +96,7 @@ def diagnose(
         print(SLOW, file=sys.stderr)
     trains, holdouts = read_all(train, holdout or [])
     chosen = chosen_machine(machine, effects, [*trains, *holdouts])
-    with progress() as move, write_folder(out) as folder:
+    with progress() as move, write_folder(out, RESULT_FILES) as folder:
         document = write_diagnosis(
             folder,
             trains,
@@ -110,7 +110,6 @@ def diagnose(
         )
         built = (folder / FMU).exists()
     if not built:
-        (out / FMU).unlink(missing_ok=True)  # that of an earlier diagnosis
         print(f"{FMU} was not built: {MISSING}", file=sys.stderr)
     if as_json:
         say_json(document)
@@ -197,9 +196,3 @@ def chosen_machine(
     for recording in recordings:
         check_drive(recording, machine)
     return machine
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -12,7 +12,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from corexy_fmi.commands.diagnose import cores
 from corexy_fmi.commands.fleet_task import diagnose_parcel
 from corexy_fmi.commands.screen import (
     DaskOption,
@@ -20,6 +19,7 @@ from corexy_fmi.commands.screen import (
     JsonOption,
     cells,
     console,
+    cores,
     existing_folder_or_none,
     say,
     say_json,

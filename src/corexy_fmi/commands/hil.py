@@ -168,7 +168,7 @@ def rectangle(
 def _play(dialect: Dialect, setup: Setup, order: Recording) -> Recording | None:
     """A run on the board that speaks this dialect."""
     check_switches(dialect, setup.switches)
-    return execute_grbl(setup, order) if dialect is Dialect.grbl else execute(setup, order, {})
+    return execute_grbl(setup, order) if dialect is Dialect.grbl else execute(setup, order)
 
 
 @app.command("diagnose")
@@ -194,7 +194,7 @@ def diagnose(
     experiments: Annotated[
         int, typer.Option(min=0, help="Further motions at most, while the verdict is ambiguous.")
     ] = EXPERIMENTS,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes of the diagnosis.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Workers of the diagnosis.")] = 1,
 ) -> None:
     """Drive two commissioning rectangles, and diagnose what the tracker saw of them.
 
@@ -216,7 +216,7 @@ def diagnose(
                   switches)  # fmt: skip
     if not arm:
         for name, shape in shapes(chosen).items():
-            execute(setup, replace(rectangle_command(shape, chosen, name), metadata={}), {})
+            execute(setup, replace(rectangle_command(shape, chosen, name), metadata={}))
         return
     board, source = open_bench(setup)
     assert source is not None

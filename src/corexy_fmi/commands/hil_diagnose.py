@@ -12,7 +12,7 @@ from corexy_fmi.commands.hil_run import Setup, drive_on
 from corexy_fmi.commands.rectangle import rectangle_command
 from corexy_fmi.commands.screen import say
 from corexy_fmi.errors import InputError
-from corexy_fmi.files import write_folder
+from corexy_fmi.files import PROGRAM, RESULT_FILES, write_folder
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import Machine
@@ -21,7 +21,7 @@ from corexy_fmi.rectangle import Rectangle
 
 LARGEST = 0.06  # [m] side of a commissioning rectangle; at most half of the stage
 TRAIN, HOLDOUT = "commissioning.csv", "holdout.csv"
-EXPERIMENT, PROGRAM = "experiment{}.csv", "next_experiment.csv"
+EXPERIMENT = "experiment{}.csv"
 EXPERIMENTS = 2  # at most
 
 
@@ -80,8 +80,7 @@ def _diagnosed(
 ) -> dict[str, Any]:
     """The diagnosis of what was recorded so far, its files in place of the last one's."""
     say("diagnosing")
-    (setup.out / PROGRAM).unlink(missing_ok=True)
-    with write_folder(setup.out) as folder:
+    with write_folder(setup.out, RESULT_FILES) as folder:
         return write_diagnosis(
             folder, trains, holdouts, setup.machine, False, jobs, None, None, began
         )
@@ -96,4 +95,4 @@ def _measured(made: Recording | None, tracker: str | None) -> Recording:
 
 def result_files(out: Path) -> list[Path]:
     """What a diagnosis leaves."""
-    return [out / name for name in ("report.html", "diagnosis.json", "machine.toml", "CoreXY.fmu")]
+    return [out / name for name in RESULT_FILES if name != PROGRAM]

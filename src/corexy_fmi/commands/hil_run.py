@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -66,7 +65,7 @@ class Setup:
         return COUNTS[self.machine.drive] if self.counts is None else self.counts
 
 
-def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording | None:
+def execute(setup: Setup, order: Recording) -> Recording | None:
     """Plan, check, and with ``arm`` drive; the recording, or None for a dry run.
 
     Leaves with status 3 where the motion stopped early; its recording up to then is written.
@@ -78,7 +77,7 @@ def execute(setup: Setup, order: Recording, about: dict[str, str]) -> Recording 
         _dry(setup, order)
         return None
     board, tracker = open_bench(setup)
-    return drive_on(setup, board, order, tracker, about)
+    return drive_on(setup, board, order, tracker)
 
 
 def open_bench(setup: Setup) -> tuple[Board, Tracker | None]:
@@ -119,7 +118,6 @@ def drive_on(
     board: Board,
     order: Recording,
     tracker: Tracker | None,
-    about: Mapping[str, str] | None = None,
 ) -> Recording | None:
     """Drive a board that is there; as `execute`.  The tracker begins anew."""
     if tracker is not None:
@@ -127,7 +125,7 @@ def drive_on(
     scale, limits, status = stand_ready(setup, board)
     plan, begin = with_approach(order, scale, status.counts)
     check(plan, limits)
-    lines = {**provenance(setup.machine, "board"), **(about or {}), **_loop(setup.machine)}
+    lines = {**provenance(setup.machine, "board"), **_loop(setup.machine)}
     made, log = _drive(setup, board, plan, begin, tracker, lines)
     _tell(log, scale, setup)
     if log.trouble:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -27,7 +28,7 @@ EffectsOption = Annotated[
     Path | None,
     typer.Option("--effects", metavar="FILE", help="Python file with an effect of your own."),
 ]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Processes; else one a core.")]
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Workers; else one a core.")]
 DaskOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler, host:port.")
 ]
@@ -105,3 +106,9 @@ def point(text: str, what: str) -> tuple[float, float]:
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InputError(f"{what}: found {text!r}, expected two numbers in m such as 0.1,0.125")
     return x, y
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

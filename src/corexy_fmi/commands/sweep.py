@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +26,7 @@ from corexy_fmi.commands.screen import (
     JsonOption,
     MachineOption,
     console,
+    cores,
     existing_folder_or_none,
     label,
     say,
@@ -105,7 +105,7 @@ def sweep(
     pyarrow()
     folder = Folder(out, plan.document(), about)
     folder.check()  # before a lock is put into somebody else's folder
-    with workers(jobs or _cores(), dask) as (executor, ahead), alone_in(out):
+    with workers(jobs or cores(), dask) as (executor, ahead), alone_in(out):
         done = folder.open()
         before = sum(len(plan.rows(index)) for index in done)
         with _bar(sets, before) as report:
@@ -148,8 +148,3 @@ def _bar(sets: int, done: int) -> Iterator[Callable[[int], None]]:
     ) as bar:
         task = bar.add_task("sets", total=sets, completed=done)
         yield lambda more: bar.advance(task, more)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -34,7 +34,7 @@ def show_verdict(document: Mapping[str, Any]) -> None:
     verdict = str(document["verdict"])
     lines = [WORDS.get(verdict, verdict)]
     if document["machine_assumed"]:
-        lines.append("no machine file was given: yin2018, a surrogate, was assumed")
+        lines.append("no machine file was given: a surrogate was assumed")
     colour = COLOURS.get(verdict, "red")
     screen.print(Panel(Text("\n".join(lines)), title="diagnosis", border_style=colour))
     for found in document.get("findings", ()):

@@ -36,8 +36,9 @@ def load_file(path: Path) -> Effect:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except (OSError, SyntaxError, ImportError, NameError, TypeError) as error:
-        raise InputError(f"{path}: cannot be loaded as an effect: {error}") from error
+    except Exception as error:  # whatever a user's own code raises
+        told = f"{type(error).__name__}: {error}"
+        raise InputError(f"{path}: cannot be loaded as an effect: {told}") from error
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise InputError(f"{path}: EFFECT is missing, expected an instance of Effect")

@@ -32,7 +32,7 @@ class Parcel:
 
     @property
     def fingerprint(self) -> str:
-        """Hash of all that the result depends on."""
+        """Hash of files, machine and what is kept back, and of the package's version."""
         digest = hashlib.sha256(f"{__version__}\0{self.machine}\0{self.holdout}".encode())
         for name in sorted(self.files):
             digest.update(f"\0{name}\0{len(self.files[name])}\0".encode())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -90,7 +90,19 @@ def _fill(
 ) -> None:
     """Submit until enough is in flight; no more is read than that."""
     while len(pending) < ahead and (parcel := next(todo, None)) is not None:
-        pending[executor.submit(task, parcel)] = parcel
+        try:
+            pending[executor.submit(task, parcel)] = parcel
+        except BrokenProcessPool as error:
+            raise _died([*pending.values(), parcel]) from error
+
+
+def _died(parcels: Iterable[Parcel]) -> InputError:
+    """What to say where a worker process died."""
+    names = ", ".join(sorted(parcel.name for parcel in parcels))
+    return InputError(
+        f"a worker process died with {names} under way, expected it to last (memory?); "
+        "the same command goes on"
+    )
 
 
 def _result(
@@ -101,10 +113,7 @@ def _result(
     try:
         return future.result()
     except BrokenProcessPool as error:
-        raise InputError(
-            f"a worker process died with {names} under way, expected it to last (memory?); "
-            "the same command goes on"
-        ) from error
+        raise _died(pending.values()) from error
     except CancelledError as error:
         raise InputError(
             f"the cluster went away with {names} under way; the same command goes on"

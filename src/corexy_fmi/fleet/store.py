@@ -16,7 +16,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from corexy_fmi.files import write_beside, write_folder
+from corexy_fmi.files import RESULT_FILES, write_beside, write_folder
 from corexy_fmi.fleet.cases import Parcel
 from corexy_fmi.fleet.table import Row, as_csv, as_document
 
@@ -50,7 +50,7 @@ class Store:
         place.parent.mkdir(parents=True, exist_ok=True)
         for stray in place.parent.glob(f".{RESULT}-*"):  # of a run that was killed
             shutil.rmtree(stray, ignore_errors=True)
-        with write_folder(place) as beside:
+        with write_folder(place, RESULT_FILES) as beside:
             for name, content in files.items():
                 (beside / name).write_bytes(content)
         whole = hashlib.sha256(files[DIAGNOSIS]).hexdigest()

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from corexy_fmi.errors import InputError
 from corexy_fmi.fmu.units import Unit, make_unit
 from corexy_fmi.fmu.variables import AT_REST, ENUMERATIONS, Variable
 
@@ -65,7 +66,12 @@ FLAVOURS = {flavour.name: flavour for flavour in (NATIVE, PYTHON)}
 
 def built_at() -> datetime:
     """Time that archives carry: SOURCE_DATE_EPOCH [s] if it is set, else the first day of zip."""
-    return datetime.fromtimestamp(max(int(os.environ.get("SOURCE_DATE_EPOCH", EPOCH)), EPOCH), UTC)
+    told = os.environ.get("SOURCE_DATE_EPOCH", str(EPOCH))
+    try:
+        return datetime.fromtimestamp(max(int(told), EPOCH), UTC)
+    except (ValueError, OverflowError, OSError) as error:
+        found = f"found {told!r}, expected seconds since 1970"
+        raise InputError(f"SOURCE_DATE_EPOCH: {found}") from error
 
 
 def model_description(

@@ -15,7 +15,7 @@ from corexy_fmi.kernel.clock import clocked, restamp
 from corexy_fmi.kernel.layout import Layout, bundled_layout
 from corexy_fmi.machine import Machine
 from corexy_fmi.machine.check import machine_from
-from corexy_fmi.recording import Recording
+from corexy_fmi.recording import Recording, with_lost_rows
 from corexy_fmi.simulate import excitation, machine_vector
 
 ANGLES, VOLTAGES, RATES = ("phi1", "phi2"), ("V1", "V2"), ("phi1_rate", "phi2_rate")
@@ -41,10 +41,13 @@ def run_fmu(
     """
     with unpacked(fmu) as folder:
         chosen = carried_machine(folder, fmu.name) if machine is None else machine
-        drive = excitation(chosen, recording)
+        whole = with_lost_rows(recording)
+        drive = excitation(chosen, whole)
         values = {} if machine is None else parameter_values(machine, layout)
         with Session(fmu, folder) as session:
             outputs, volts = _run(session, drive, values)
+    rows = np.searchsorted(whole.time, recording.time)
+    outputs, volts = outputs[:, rows], volts[:, rows]
     layout = layout or bundled_layout()
     vector = machine_vector(chosen, layout)[None]
     restamp(layout, vector, recording.time, OUTPUTS, outputs[None])  # not the FMU's to do
@@ -68,7 +71,11 @@ def carried_machine(folder: Path, name: str) -> Machine:
             f"{name}: no resources/machine.toml, expected an FMU of this project"
         ) from error
     clocks = {i.effect.name for i in clocked(bundled_layout())}
-    document["effects"] = [e for e in document.get("effects", []) if e.get("name") in clocks]
+    uses = document.get("effects", [])
+    if isinstance(uses, list):  # else `machine_from` refuses it
+        document["effects"] = [
+            use for use in uses if not isinstance(use, dict) or use.get("name") in clocks
+        ]
     return machine_from(document, f"{name}: resources/machine.toml", name)
 
 

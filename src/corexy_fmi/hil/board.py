@@ -32,7 +32,7 @@ BOOT = 3.0  # [s] a bootloader may hold the board
 
 
 class Board:
-    """One board.  ``on_message`` hears every message with the host's time [s] of its arrival."""
+    """One board.  ``listeners`` hear every message with the host's time [s] of its arrival."""
 
     def __init__(self, port: Port) -> None:
         self.port = port

@@ -13,6 +13,7 @@ from corexy_fmi.machine.record import Machine
 
 _GAINS = struct.Struct("<iiHHH")
 LARGEST_GAIN = 65535  # beyond it the firmware's products leave 32 bits
+LARGEST_SUPPLY = 32.0  # [V]: the firmware tells voltages as 16 bits of millivolts
 ASTRAY = 0.5  # [rad] from its reference at which a motor does not follow
 
 
@@ -34,8 +35,8 @@ class Gains:
         """
         if machine.controller is None:
             raise InputError(f"machine {machine.name!r}: no [controller], expected its kp and kd")
-        if not 1 <= supply <= 60:
-            raise InputError(f"supply: found {supply!r}, expected 1 to 60 V")
+        if not 1 <= supply <= LARGEST_SUPPLY:
+            raise InputError(f"supply: found {supply!r}, expected 1 to {LARGEST_SUPPLY:g} V")
         count = 2 * np.pi / scale.counts
         kp = round(machine.controller.kp * count * 1e3 * 256)
         kd = round(machine.controller.kd * count / scale.tick * 1e3 * 256)

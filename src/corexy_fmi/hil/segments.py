@@ -132,18 +132,20 @@ def _reach(
     wanted = [round((g - p) / ticks) for g, p in zip(goal, position, strict=True)]
     turns = [w * r < 0 for w, r in zip(wanted, rates, strict=True)]
     if not any(turns):
-        return [Segment(ticks, *wanted)] if ticks < 65536 else _split(ticks, wanted)
+        return _split(ticks, wanted)
     pause = [0 if turn else rate for turn, rate in zip(turns, rates, strict=True)]
     left = ticks - ZERO_TICKS
     ways = [g - p - ZERO_TICKS * r for g, p, r in zip(goal, position, pause, strict=True)]
     after = [round(way / left) for way in ways]
     # a motor that kept its rate through the pause must not turn by the correction
     after = [0 if a * r < 0 else a for a, r in zip(after, pause, strict=True)]
-    return [Segment(ZERO_TICKS, *pause), Segment(left, *after)]
+    return [Segment(ZERO_TICKS, *pause), *_split(left, after)]
 
 
 def _split(ticks: int, rates: list[int]) -> list[Segment]:
-    """A long stretch in pieces that fit 16 bits."""
+    """A stretch, in pieces where 16 bits cannot hold it."""
+    if ticks < 65536:
+        return [Segment(ticks, *rates)]
     pieces = [30000] * (ticks // 30000)
     rest = ticks - sum(pieces)
     return [Segment(n, *rates) for n in ([*pieces, rest] if rest else pieces)]

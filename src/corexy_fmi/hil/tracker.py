@@ -15,7 +15,7 @@ from corexy_fmi.hil.clock import lower_envelope
 from corexy_fmi.hil.port import LinkLostError, Port, SerialPort
 
 Array = NDArray[np.float64]
-TRACKER_BAUD = 115_200
+TRACKER_BAUD, LAST_PORT = 115_200, 65_535
 
 
 class Lines(Protocol):
@@ -63,7 +63,7 @@ def open_lines(address: str, baud: int = TRACKER_BAUD) -> Lines:
     if not address.startswith("udp://"):
         return SerialLines(SerialPort(address, baud))
     host, colon, port = address.removeprefix("udp://").rpartition(":")
-    if not colon or not port.isdigit():
+    if not colon or not port.isdigit() or int(port) > LAST_PORT:
         raise InputError(f"tracker: found {address!r}, expected udp://host:port or a serial port")
     return UdpLines(host or "0.0.0.0", int(port))
 

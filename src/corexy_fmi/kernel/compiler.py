@@ -17,6 +17,7 @@ from pathlib import Path
 import platformdirs
 
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import write_beside
 from corexy_fmi.kernel.generate import generated_header, sizes_header
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.kernel.traced import traced_digest
@@ -60,7 +61,7 @@ def cache_folder() -> Path:
 
 @cache
 def find_compiler() -> tuple[str, ...]:
-    """Command of a C compiler: CC, gcc, clang, or zig's wheel.
+    """Command of a C compiler: CC, gcc, clang, cc, or zig's wheel.
 
     Raises NoCompilerError with the line that installs one where there is none.
     """
@@ -96,17 +97,12 @@ def write_generated(layout: Layout, folder: Path) -> None:
 def compile_library(sources: Sequence[Path], target: Path, *flags: str) -> None:
     """Compile C sources to a shared library, beside its target and then renamed.
 
-    Raises InputError with the compiler's first lines where it fails.
+    Raises InputError with the compiler's first lines where it fails, and where the target cannot be
+    written.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=target.parent, suffix=SUFFIX, delete=False) as beside:
-        pass
-    try:
-        files = [*map(str, sources), "-o", beside.name]
+    with write_beside(target) as beside:
+        files = [*map(str, sources), "-o", str(beside)]
         run_compiler([*find_compiler(), *FLAGS, *flags, "-shared", *files, "-lm"])
-        os.replace(beside.name, target)
-    finally:
-        Path(beside.name).unlink(missing_ok=True)
 
 
 def run_compiler(command: Sequence[str], folder: Path | None = None) -> None:

@@ -9,8 +9,10 @@ from typing import Any
 from sympy.printing.c import C99CodePrinter
 
 from corexy_fmi.effects.api import Effect, Law
-from corexy_fmi.kernel.ports import COMMON, OBSERVERS, PORTS
+from corexy_fmi.errors import InputError
+from corexy_fmi.kernel.ports import COMMON, HOST, OBSERVERS, PORTS
 from corexy_fmi.kernel.trace import argument_names, c_statements, hoisted, symbols
+from corexy_fmi.nearest import nearest
 
 HELD, ONCE = "h_", "once_"  # prefixes of what is found once for a run, for all places of a step
 ARGUMENTS = "stage *s, int p, int m, int h, int between, int i, int end"  # of a law in C
@@ -47,7 +49,8 @@ def _argument(effect: Effect, law: Law, name: str) -> str:
     if name in names:
         return f"s->parameter[p + {names.index(name)}][l]"
     known = [*PORTS[law.port].variables, *COMMON, *effect.memory, *names]
-    raise ValueError(f"{effect.name}: {law.function.__name__} reads {name}, known are {known}")
+    where = f"{effect.name}: {law.function.__name__}"
+    raise InputError(f"{where} reads {name}, known are {known}{nearest(name, known)}")
 
 
 def _target(effect: Effect, law: Law, name: str) -> str:
@@ -55,10 +58,10 @@ def _target(effect: Effect, law: Law, name: str) -> str:
     where = f"{effect.name}: {law.function.__name__}"
     if name in effect.memory:
         if law.port in OBSERVERS:
-            raise ValueError(f"{where} may not remember {name} at {law.port}, which only looks")
+            raise InputError(f"{where} may not remember {name} at {law.port}, which only looks")
         return f"s->memory[m + {effect.memory.index(name)}][l]"
     if name not in PORTS[law.port].writes:
-        raise ValueError(f"{where} may not write {name} at {law.port}")
+        raise InputError(f"{where} may not write {name} at {law.port}")
     return _lvalue(law.port, name)
 
 
@@ -78,12 +81,12 @@ def touched(effect: Effect, law: Law) -> set[str]:
 def check_names(effect: Effect) -> None:
     """Names of memory and parameters become C variables beside the ports' and the generator's own.
 
-    Raises ValueError for one that cannot.
+    Raises InputError for one that cannot.
     """
     taken = RESERVED.union(*(PORTS[law.port].variables for law in effect.laws))
     for name in (*effect.memory, *(p.name for p in effect.parameters)):
         if name in taken or not name.isidentifier() or name.startswith(("t_", HELD, ONCE)):
-            raise ValueError(f"{effect.name}: the name {name!r} is taken, choose another")
+            raise InputError(f"{effect.name}: the name {name!r} is taken, choose another")
 
 
 def on_expression(effect: Effect, first: str) -> str:
@@ -113,7 +116,7 @@ class Parts:
 
 
 def parts_of(effect: Effect, law: Law) -> Parts:
-    """A law in its parts; raises ValueError where its names are taken."""
+    """A law in its parts; raises InputError where its names are taken."""
     check_names(effect)
     known = {p.name for p in effect.parameters}
     given = law.function(**symbols(argument_names(law.function)))
@@ -177,3 +180,17 @@ def _hold(effect: Effect, law: Law, index: int, names: list[str], parts: Parts) 
     code = "\n".join(f"        {line}" for line in body)
     head = f"static void {effect.name}_{index}_hold(stage *s, int p, int h)"
     return f"{head}\n{{\n    EACH {{\n{code}\n    }}\n}}\n"
+
+
+def check_laws(effect: Effect) -> None:
+    """Trace every law of a user's own effect: raises InputError for one that cannot be."""
+    traced = [(k, law) for k, law in enumerate(effect.laws) if law.port not in HOST]
+    for index, law in traced:
+        try:
+            law_code(effect, law, index)
+        except InputError:
+            raise
+        except Exception as error:  # whatever a user's own code raises
+            where = f"{effect.name}: {law.function.__name__}"
+            told = f"{type(error).__name__}: {error}"
+            raise InputError(f"{where} cannot be traced: {told}") from error

@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
+from corexy_fmi.kernel.law_code import check_laws
 from corexy_fmi.machine.laws import ARGUMENTS
 from corexy_fmi.parameters import NOMINAL
 
 FREE_FORM_LOCATIONS = ("x", "y", "motor1", "motor2")
 LAW_KINDS = tuple((acts, name) for acts, names in ARGUMENTS.items() for name in names)
 KNOTS = 24
-FREE_FORM_SIZE = 2 + 2 * KNOTS
+KIND, COUNT, VISCOUS, ONSET, FIRST_KNOT = range(5)  # of a free-form law
+FIRST_VALUE = FIRST_KNOT + KNOTS
+FREE_FORM_SIZE = FIRST_VALUE + KNOTS
+
+
+def free_form_vector(
+    kind: int,
+    knots: Sequence[float],
+    values: Sequence[float],
+    viscous: float = 0.0,
+    onset: float = 0.0,
+) -> list[float]:
+    """What a free-form law holds in the kernel's vector, (FREE_FORM_SIZE,)."""
+    rest = [0.0] * (KNOTS - len(knots))
+    return [kind, len(knots), viscous, onset, *knots, *rest, *values, *rest]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,5 +93,10 @@ def bundled_layout() -> Layout:
 
 
 def layout_with(own: dict[str, Effect]) -> Layout:
-    """The bundled layout, or with a user's own effects beside the catalogue's."""
+    """The bundled layout, or with a user's own effects beside the catalogue's.
+
+    Raises InputError for a law that cannot be traced.
+    """
+    for effect in own.values():
+        check_laws(effect)
     return make_layout(catalogue() | own) if own else bundled_layout()

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from corexy_fmi.kernel.generate import STEP_CALM, STEP_LONGEST, STEP_RESOLUTION, TIED
 from corexy_fmi.kernel.reference_state import Array, ReferenceState
+from corexy_fmi.kernel.steps import STEP_CALM, STEP_LONGEST, STEP_RESOLUTION, TIED
 
 ROUNDED = ((0.0, 1.0), (0.194, 0.596), (0.667, 0.1546))  # lines of smooth Coulomb friction
 

@@ -46,7 +46,7 @@ def forces(stage: Stage, tension: str, arms: tuple[str, str]) -> list[str]:
 
 
 def section_sum(stage: Stage, section: Section) -> str:
-    """Elongation of a section from the local variables of `_find_forces`."""
+    """Elongation of a section from the local variables of `find_forces`."""
     index = {c: i for i, c in enumerate(stage.coordinates)}
     name = {c: f"q{i}" if i < 2 else f"u{i}" for c, i in index.items()}
     return signed_sum([(w, name[c]) for c, w in section.row.items()])

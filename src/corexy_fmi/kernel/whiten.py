@@ -65,8 +65,8 @@ class Whitening:
 
     ``rows``: which rows of a simulation its samples are (a slice or (m,)); ``value`` (m,): what
     was measured, None where rows are errors already; ``starts``: samples at which the filter
-    begins anew; ``coefficients`` (p,), ``innovation`` and ``marginal`` as of `engine.noise.Noise`;
-    ``offset`` (m,): of unit length, projected out, or None.
+    begins anew; ``coefficients`` (p,), ``innovation`` and ``marginal`` as of
+    `engine.fitting.noise.Noise`; ``offset`` (m,): of unit length, projected out, or None.
     """
 
     def __init__(

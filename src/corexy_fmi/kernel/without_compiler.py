@@ -13,10 +13,10 @@ import numpy as np
 from corexy_fmi.effects import catalogue
 from corexy_fmi.effects.api import Effect
 from corexy_fmi.kernel.call import LANES, Array, Excitation, has_kernel, run_lanes
-from corexy_fmi.kernel.generate import STEP_RESOLUTION
 from corexy_fmi.kernel.layout import FREE_FORM_LOCATIONS, FREE_FORM_SIZE, Layout, bundled_layout
 from corexy_fmi.kernel.reference import ReferenceStage
 from corexy_fmi.kernel.reference_run import NO_REST, run_reference
+from corexy_fmi.kernel.steps import STEP_RESOLUTION
 from corexy_fmi.kernel.trace import argument_names
 from corexy_fmi.parameters import NOMINAL
 

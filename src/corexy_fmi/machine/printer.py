@@ -141,11 +141,11 @@ def _options(
 def _included(
     pattern: str, path: Path, number: int, above: tuple[Path, ...]
 ) -> Iterator[tuple[str, str, Entry]]:
-    files = sorted(glob.glob(str(path.parent / pattern)))
+    files = sorted(path.parent / name for name in glob.glob(pattern, root_dir=path.parent))
     if not files and not glob.has_magic(pattern):
         raise InputError(f"{path}, line {number}: no file {pattern!r}, expected it beside this one")
     for name in files:
-        for section, options in _config(Path(name), above).items():
+        for section, options in _config(name, above).items():
             for key, entry in options.items():
                 yield section, key, entry
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -42,7 +43,11 @@ def import_columns(
     """
     table = _mat(path) if path.suffix.lower() == ".mat" else _csv(path)
     entries = entries or [f"{name}={name}" for name in table if name in UNITS]
-    channels = dict(_mapped(entry, table, path, radius) for entry in entries)
+    mapped = [_mapped(entry, table, path, radius) for entry in entries]
+    for name, count in Counter(name for name, _ in mapped).items():
+        if count > 1:
+            raise InputError(f"map: {name} {count} times, expected once")
+    channels = dict(mapped)
     lengths = {name: len(values) for name, values in channels.items()}
     if "time" not in channels:
         raise InputError(f"{path}: no column mapped to time, expected one such as time=t[s]")

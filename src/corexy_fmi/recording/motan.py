@@ -8,7 +8,6 @@ clock.  Input shaping is no part of the moves.
 
 from __future__ import annotations
 
-import gzip
 import json
 import math
 import zlib
@@ -115,7 +114,7 @@ def _messages(path: Path) -> Iterator[dict[str, Any]]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"{path}: {reason}, expected a capture (.json.gz)") from error
-    except (zlib.error, gzip.BadGzipFile) as error:
+    except zlib.error as error:
         raise InputError(f"{path}: damaged, expected a capture (.json.gz)") from error
     parts = text.split(b"\x03")
     for number, part in enumerate(parts[:-1] if b"\x03" in text else parts, 1):

@@ -96,7 +96,8 @@ def _height(trace: Trace) -> int:
 
 def _path_scale(trace: Trace) -> tuple[float, str]:
     """Scale and unit of positions along the path."""
-    return prefix_for(float(np.nanmax(np.abs(trace.measured["x"]))) or 1e-3, "m")
+    largest = max(float(np.nanmax(np.abs(trace.measured[name]))) for name in "xy")
+    return prefix_for(largest or 1e-3, "m")
 
 
 def _paths(trace: Trace) -> list[tuple[str, Array, Array]]:
