@@ -24,9 +24,9 @@ from corexy_fmi.kernel.call import Excitation, run_lanes
 from corexy_fmi.kernel.layout import (
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
-    KNOTS,
     LAW_KINDS,
     bundled_layout,
+    free_form_vector,
 )
 from corexy_fmi.kernel.reference_run import run_reference
 from corexy_fmi.machine import load_machine
@@ -135,25 +135,31 @@ def excitation_start(given, radius=5e-3):
     return np.array([a + b, a - b]) * radius / 2
 
 
+def more_of(acts, argument):
+    """What a law may have beside its knots and values: (viscous [s/m], onset [s])."""
+    viscous, onsets = (0.0, 15.0) if acts == "friction" else (0.0,), (0.0, -0.03)
+    return [(v, o) for v in viscous for o in (onsets if argument == "t" else onsets[:1])]
+
+
 @pytest.mark.parametrize(
-    ("acts", "location", "argument"),
+    ("acts", "location", "argument", "more"),
     [
-        (acts, at, of)
+        (acts, at, of, more)
         for at in FREE_FORM_LOCATIONS
         for acts, of in LAW_KINDS
         if acts == "force" or at in "xy"
+        for more in more_of(acts, of)
     ],
 )
-def test_free_forms_agree(acts, location, argument):
+def test_free_forms_agree(acts, location, argument, more):
     dc = location.startswith("motor")
     values = vector("yin2018_dc" if dc else "yin2018")
     width = {"v": 0.2, "x": 0.01, "y": 0.01, "p": 3.0, "t": 0.08}[argument[0]]
     knots = width * np.array([-1.0, -0.3, 0.0, 0.02, 0.5])
     first = bundled_layout().free_form + FREE_FORM_LOCATIONS.index(location) * FREE_FORM_SIZE
-    values[first : first + 2] = LAW_KINDS.index((acts, argument)), len(knots)
-    values[first + 2 : first + 2 + len(knots)] = knots
     heights = np.array([-1.0, 0.5, 0.2, 1.5, 0.7]) * (0.02 if dc else 3.0)
-    values[first + 2 + KNOTS : first + 2 + KNOTS + len(knots)] = heights
+    law = free_form_vector(LAW_KINDS.index((acts, argument)), knots, heights, *more)
+    values[first : first + FREE_FORM_SIZE] = law
     found = assert_same(bundled_layout(), excitation(dc, 60), values, dc=dc)
     bare = run(excitation(dc, 60), vector("yin2018_dc" if dc else "yin2018"), dc=dc, limit=STEP)
     assert np.abs(found[:2] - bare).max() > 1e-6

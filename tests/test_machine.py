@@ -122,9 +122,17 @@ def effect(name, location="x", more="parameters = {}"):
     return f"[[effects]]\nname = '{name}'\nlocation = '{location}'\n{more}"
 
 
-def free_form(knots, values, location="x", argument="vx", acts="force"):
-    more = f"argument = '{argument}'\nacts = '{acts}'\nknots = {knots}\nvalues = {values}"
-    return effect("free_form", location, more)
+def free_form(knots, values, location="x", argument="vx", acts="force", more=""):
+    told = f"argument = '{argument}'\nacts = '{acts}'\nknots = {knots}\nvalues = {values}"
+    return effect("free_form", location, f"{told}\n{more}")
+
+
+def test_a_friction_over_time_has_an_onset_and_a_viscous_share(machine_file):
+    more = "viscous = 12.5\nonset = -0.25\n"
+    machine = load_machine(machine_file(free_form([0, 1], [0, 2], "y", "t", "friction", more)))
+    (law,) = machine.free_forms
+    assert (law.viscous, law.onset) == (12.5, -0.25)
+    assert load_machine(machine_file(machine_to_toml(machine))).free_forms == (law,)
 
 
 def test_a_free_form_is_a_force_or_a_friction_and_written_back(machine_file):
@@ -216,6 +224,9 @@ BAD = {
     "free form's lengths": (free_form([0, 1], [0, 1, 2]), "expected 2 as knots"),
     "free form's order": (free_form([0, 0], [0, 1]), "strictly increasing"),
     "free form's numbers": (free_form([0, "true"], [0, 1]).replace("'", ""), "not TOML"),
+    "viscous force": (free_form([0, 1], [0, 1], more="viscous = 1"), "only where a law acts as"),
+    "onset of a place": (free_form([0, 1], [0, 1], more="onset = 1"), "only with argument 't'"),
+    "onset no number": (free_form([0, 1], [0, 1], "x", "t", more="onset = 'late'"), "onset"),
     "free form too short": (free_form([0], [1]), "a list of 2 to 24 numbers"),
     "kinematic free form": (
         "[machine]\nfidelity = 'kinematic'\n" + free_form([0, 1], [0, 1]),

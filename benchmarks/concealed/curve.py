@@ -60,17 +60,27 @@ def curve_error(case: Any, document: dict[str, Any]) -> float | None:
     return float(np.sqrt(off / size)) if size > NOTHING**2 * whole else None
 
 
+def _said(law: dict[str, Any], motion: dict[str, Array], name: str) -> Array:
+    """The force of a law on the motion in a recording; onsets and what is viscous included."""
+    told = {k: v["value"] for k, v in law.get("parameters", {}).items()}
+    argument = motion[law["argument"]] - told.get(f"onset@{name}", 0.0)
+    value = np.interp(argument, law["knots"], law["values"])
+    if law.get("acts") != "friction":
+        return np.asarray(value)
+    speed = motion[f"v{law['location']}"]
+    return np.asarray(-value * (np.sign(speed) + told.get("viscous", 0.0) * speed))
+
+
 def _squares(case: Any, law: dict[str, Any], motions: list[dict[str, Array]]) -> Array:
     """Sums of squares (3,): law minus planted force, planted force, both as far as retuning cannot
     hold them, and all of that force.
     """
     axis, found = AXES.index(law["location"]), np.zeros(3)
     planted = (case.planted_force[k] for k in ("force", "slides"))
-    for motion, force, slides in zip(motions, *planted, strict=True):
+    names = sorted(case.train)
+    for name, motion, force, slides in zip(names, motions, *planted, strict=True):
         at = slides[:, axis]
-        said = np.interp(motion[law["argument"]], law["knots"], law["values"])
-        if law.get("acts") == "friction":
-            said = -said * np.sign(motion[f"v{law['location']}"])
+        said = _said(law, motion, name)
         here = {k: v[at] for k, v in motion.items()}
         own, true = (_left(f[at], here, law["location"]) for f in (said, force[:, axis]))
         squares = np.sum((own - true) ** 2), np.sum(true**2), np.sum(force[at, axis] ** 2)

@@ -135,10 +135,10 @@ static int check_free_forms(const slave *s, char *why)
     for (int f = 0; f < FREE_FORMS; f++) {
         const int first = FREE_FORM_OFFSET + f * FREE_FORM_SIZE;
         const lane *p = &s->stage.parameter[first];
-        for (int k = 1; k < (int)p[1][0]; k++)
-            if (!(p[1 + k][0] < p[2 + k][0]))
+        for (int k = LAW_KNOTS + 1; k < LAW_KNOTS + (int)p[LAW_COUNT][0]; k++)
+            if (!(p[k - 1][0] < p[k][0]))
                 REFUSE("%s: not above %s, expected strictly increasing knots",
-                       parameter_name(first + 2 + k), parameter_name(first + 1 + k));
+                       parameter_name(first + k), parameter_name(first + k - 1));
     }
     return 1;
 }

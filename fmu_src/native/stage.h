@@ -12,7 +12,8 @@
 #define LANES 1
 #endif
 
-enum { RING = 512, FREE_FORMS = 4, KNOTS = 24, FREE_FORM_SIZE = 2 + 2 * KNOTS };
+enum { RING = 512, FREE_FORMS = 4, KNOTS = 24 };
+enum { LAW_KIND, LAW_COUNT, LAW_VISCOUS, LAW_ONSET, LAW_KNOTS, FREE_FORM_SIZE = LAW_KNOTS + 2 * KNOTS };
 enum { SEEN = 8 }; /* channels of a sweep at most */
 enum { STEPPER = 0, DC = 1 };
 enum { FULL = 0, REDUCED = 1, KINEMATIC = 2, CONDENSED = 3, SINGLE_AXIS = 4,
@@ -32,7 +33,7 @@ typedef struct {
     short active[PORT_COUNT][CALL_COUNT];
     int smooth; /* Coulomb friction is rounded in some lane */
     int plain; /* no hook runs in a micro-step, a lane is one register */
-    int has_free_form, has_free_friction, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
+    int has_free_form, has_free_friction, has_viscous_law, has_belt_damping, has_history, has_torque_hooks, has_guide_hooks, belt_hooks, changes;
     int law_kind[FREE_FORMS]; /* of all lanes that have one */
     int needs; /* what laws of guides read, see stage_kick.h */
     int keeps_tensions, last; /* laws read tensions; the last micro-step before somebody looks */

@@ -79,6 +79,7 @@ void stage_derive(stage *s)
     list_active(s);
     s->has_belt_damping |= !!(s->changes & CHANGES_BELT_RATES);
     if (s->has_free_friction) s->changes |= CHANGES_BOUND;
+    if (s->has_viscous_law) s->changes |= CHANGES_INERTIA;
     s->needs |= s->changes;
     s->keeps_tensions = hooked(s, PORT_STRUCTURE);
     s->has_torque_hooks = s->drive == DC || hooked(s, PORT_MOTOR) || hooked(s, PORT_TORQUE);

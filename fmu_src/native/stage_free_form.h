@@ -15,21 +15,17 @@ static const lane *free_form_argument(const stage *s, int kind)
     }
 }
 
-static double interpolate(const lane *knots, const lane *values, int count, double x, int l)
+/* a lane's argument; of laws over time it counts from their onset */
+INLINE double argument_of(const stage *s, const lane *p, const lane *argument, int l)
 {
-    int i = 0;
-    if (x <= knots[0][l]) return values[0][l];
-    while (i < count - 1 && x > knots[i + 1][l]) i++;
-    if (i >= count - 1) return values[count - 1][l];
-    return values[i][l]
-        + (values[i + 1][l] - values[i][l]) * (x - knots[i][l]) / (knots[i + 1][l] - knots[i][l]);
+    return argument ? (*argument)[l] : s->now - p[LAW_ONSET][l];
 }
 
 /* where a lane's x lies: behind `from`, up to `to`; the line there */
 static void find_segment(struct segment *g, const lane *p, double x, int l)
 {
-    const lane *knots = p + 2, *values = p + 2 + KNOTS;
-    const int count = (int)p[1][l];
+    const lane *knots = p + LAW_KNOTS, *values = knots + KNOTS;
+    const int count = (int)p[LAW_COUNT][l];
     int i = 0; /* the knot ahead */
     while (i < count && x > knots[i][l]) i++;
     const int inside = i > 0 && i < count, near = i < count ? i : i - 1;
@@ -41,13 +37,39 @@ static void find_segment(struct segment *g, const lane *p, double x, int l)
     g->rise[l] = inside ? values[i][l] - values[i - 1][l] : 0.0;
 }
 
-/* one law of the same kind in all lanes: mostly they stay in the segment of the step before */
-static void add_law(struct segment *g, const lane *p, const lane x, lane to)
+INLINE int leaves(const struct segment *g, double x, int l)
 {
+    return !((x > g->from[l]) & (x <= g->to[l]));
+}
+
+INLINE double line_of(const struct segment *g, double x, int l)
+{
+    return g->value[l] + g->rise[l] * (x - g->first[l]) / g->span[l];
+}
+
+/* a law of the same kind in all lanes: mostly they stay in the segment of the step before */
+static void common_law(const stage *s, struct segment *g, const lane *p, int kind, lane value)
+{
+    const lane *argument = free_form_argument(s, kind);
+    lane x;
     int left = 0;
-    EACH left |= !((x[l] > g->from[l]) & (x[l] <= g->to[l]));
+    EACH x[l] = argument_of(s, p, argument, l);
+    EACH left |= leaves(g, x[l], l);
     for (int l = 0; left && l < LANES; l++) find_segment(g, p, x[l], l);
-    EACH to[l] += g->value[l] + g->rise[l] * (x[l] - g->first[l]) / g->span[l];
+    EACH value[l] = line_of(g, x[l], l);
+}
+
+/* laws of other kinds beside each other: 0 where a lane has none that acts so */
+static void mixed_law(const stage *s, struct segment *g, const lane *p, int friction, lane value)
+{
+    for (int l = 0; l < LANES; l++) {
+        const int kind = (int)p[LAW_KIND][l];
+        value[l] = 0.0;
+        if (p[LAW_COUNT][l] < 1 || (kind >= FIRST_FRICTION) != friction) continue;
+        const double x = argument_of(s, p, free_form_argument(s, kind), l);
+        if (leaves(g, x, l)) find_segment(g, p, x, l);
+        value[l] = line_of(g, x, l);
+    }
 }
 
 /* what each law of forces, or of frictions, says is added to a coordinate's */
@@ -56,21 +78,13 @@ static void add_laws(stage *s, int friction, lane *to, int laws)
     for (int f = 0; f < laws; f++) {
         const lane *p = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
         const int common = s->law_kind[f];
+        lane value;
         if (common == NO_LAW || (common >= 0 && (common >= FIRST_FRICTION) != friction)) continue;
-        if (common >= 0) {
-            const lane *argument = free_form_argument(s, common);
-            lane now;
-            EACH now[l] = s->now;
-            add_law(&s->segment[f], p, argument ? *argument : now, to[f]);
-            continue;
-        }
-        for (int l = 0; l < LANES; l++) {
-            const int count = (int)p[1][l], kind = (int)p[0][l];
-            if (count < 1 || (kind >= FIRST_FRICTION) != friction) continue;
-            const lane *argument = free_form_argument(s, kind);
-            const double x = argument ? (*argument)[l] : s->now;
-            to[f][l] += interpolate(p + 2, p + 2 + KNOTS, count, x, l);
-        }
+        if (common >= 0) common_law(s, &s->segment[f], p, common, value);
+        else mixed_law(s, &s->segment[f], p, friction, value);
+        EACH to[f][l] += value[l];
+        if (!friction || !s->has_viscous_law) continue;
+        EACH s->damping[f][l] = larger(s->damping[f][l] + p[LAW_VISCOUS][l] * value[l], 0.0);
     }
 }
 
@@ -78,17 +92,18 @@ static void add_laws(stage *s, int friction, lane *to, int laws)
 static void list_laws(stage *s)
 {
     memset(s->segment, 0, sizeof s->segment);
-    s->has_free_form = s->has_free_friction = 0;
+    s->has_free_form = s->has_free_friction = s->has_viscous_law = 0;
     for (int f = 0; f < FREE_FORMS; f++) {
         const lane *p = (const lane *)&s->parameter[FREE_FORM_OFFSET + f * FREE_FORM_SIZE];
         int *common = &s->law_kind[f];
         *common = NO_LAW;
         for (int l = 0; l < LANES; l++) {
-            if (!(p[1][l] > 0)) continue;
-            const int kind = (int)p[0][l];
+            if (!(p[LAW_COUNT][l] > 0)) continue;
+            const int kind = (int)p[LAW_KIND][l], friction = kind >= FIRST_FRICTION;
             *common = *common == NO_LAW || *common == kind ? kind : MIXED;
             s->has_free_form = 1;
-            s->has_free_friction |= kind >= FIRST_FRICTION;
+            s->has_free_friction |= friction;
+            s->has_viscous_law |= friction && p[LAW_VISCOUS][l] != 0;
         }
     }
 }

@@ -8,10 +8,10 @@ from corexy_fmi.kernel.call import Array, Excitation, run_lanes
 from corexy_fmi.kernel.layout import (
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
-    KNOTS,
     LAW_KINDS,
     Layout,
     bundled_layout,
+    free_form_vector,
 )
 from corexy_fmi.machine import FreeForm, Machine
 from corexy_fmi.parameters import NOMINAL
@@ -33,10 +33,9 @@ def neutral_vector(layout: Layout) -> Array:
 
 def _write_free_form(layout: Layout, vector: Array, law: FreeForm) -> None:
     first = layout.free_form + FREE_FORM_LOCATIONS.index(law.location) * FREE_FORM_SIZE
-    count = len(law.knots)
-    vector[first : first + 2] = LAW_KINDS.index((law.acts, law.argument)), count
-    vector[first + 2 : first + 2 + count] = law.knots
-    vector[first + 2 + KNOTS : first + 2 + KNOTS + count] = law.values
+    kind = LAW_KINDS.index((law.acts, law.argument))
+    told = free_form_vector(kind, law.knots, law.values, law.viscous, law.onset)
+    vector[first : first + FREE_FORM_SIZE] = told
 
 
 def machine_vector(machine: Machine, layout: Layout | None = None) -> Array:

@@ -53,8 +53,9 @@ communication point at each corner.</p>"""
 FREE_FORM_TEXT = """\
 <p><code>effects.free_form.LOCATION</code>: a force [N] on x or y, or a torque [N m] on a free
 motor, over one <code>argument</code>, or with one of <code>friction_x, friction_y,
-friction_t</code> a Coulomb friction [N] beside that of the axis; <code>count</code> knots are in
-use, linear between <code>knots[i], values[i]</code>, constant outside.</p>"""
+friction_t</code> a Coulomb friction [N] beside that of the axis, <code>viscous</code> [s/m] times
+its speed larger; <code>count</code> knots are in use, linear between <code>knots[i],
+values[i]</code>, constant outside; time counts from <code>onset</code> [s].</p>"""
 
 
 def index_page(table: Sequence[Variable], machine: Machine, laws: Sequence[Effect]) -> str:

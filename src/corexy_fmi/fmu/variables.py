@@ -21,6 +21,7 @@ from corexy_fmi.fmu.variable import (
     output_variables,
 )
 from corexy_fmi.kernel.layout import (
+    FIRST_KNOT,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
     KNOTS,
@@ -30,6 +31,7 @@ from corexy_fmi.kernel.layout import (
 )
 from corexy_fmi.machine import Machine
 from corexy_fmi.machine.check import DRIVES
+from corexy_fmi.machine.laws import LARGEST, UNITS
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.simulate import machine_vector, neutral_vector
 from corexy_fmi.topologies import TOPOLOGIES, bounds
@@ -118,7 +120,7 @@ def _meaning(instance: Instance, parameter: Parameter) -> str:
 
 
 def _free_form(location: str, first: int) -> Iterator[Variable]:
-    """A law's argument, the number of its knots, the knots and their values."""
+    """A law's argument, the number of its knots, what more it has, the knots and their values."""
     name, kind = f"effects.free_form.{location}", "FreeFormArgument"
     rotor = location.startswith("motor")
     unit = "N m" if rotor else "N"
@@ -128,13 +130,27 @@ def _free_form(location: str, first: int) -> Iterator[Variable]:
     yield Variable(
         f"{name}.count", text[1], "parameter", first + 1, "Integer", lower=0, upper=KNOTS
     )
+    meanings = (
+        "share by which a friction grows with speed",
+        "when the time of a law over time begins",
+    )
+    for k, (part, meaning) in enumerate(zip(LARGEST, meanings, strict=True), 2):
+        yield Variable(
+            f"{name}.{part}",
+            meaning,
+            "parameter",
+            first + k,
+            unit=UNITS[part],
+            lower=-LARGEST[part],
+            upper=LARGEST[part],
+        )
     lists = (
         ("knots", None, "argument at a knot, SI, increasing", LARGEST_KNOT),
         ("values", unit, "force or friction at a knot, linear between knots", LARGEST_VALUE),
     )
     for k, (part, its_unit, meaning, most) in enumerate(lists):
         for i in range(KNOTS):
-            place = first + 2 + k * KNOTS + i
+            place = first + FIRST_KNOT + k * KNOTS + i
             yield Variable(
                 f"{name}.{part}[{i + 1}]",
                 meaning,

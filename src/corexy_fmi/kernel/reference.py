@@ -10,7 +10,16 @@ import math
 
 import numpy as np
 
-from corexy_fmi.kernel.layout import FREE_FORM_SIZE, KNOTS, LAW_KINDS, Layout
+from corexy_fmi.kernel.layout import (
+    COUNT,
+    FIRST_KNOT,
+    FREE_FORM_SIZE,
+    KIND,
+    LAW_KINDS,
+    ONSET,
+    VISCOUS,
+    Layout,
+)
 from corexy_fmi.kernel.reference_damped import DampedIdlers, left_by_friction
 from corexy_fmi.kernel.reference_sensor import Past, history
 from corexy_fmi.kernel.reference_state import Array
@@ -164,10 +173,16 @@ class ReferenceStage(DampedIdlers):
         sources |= dict(zip(("x", "y", "phi1", "phi2"), q[:4], strict=True))
         for f in range(4):
             p = self.vector[self.layout.free_form + f * FREE_FORM_SIZE :][:FREE_FORM_SIZE]
-            count, kind = int(p[1]), LAW_KINDS[int(p[0])]
-            if count and kind[0] == acts:
-                knots, heights = p[2 : 2 + count], p[2 + KNOTS : 2 + KNOTS + count]
-                self.a[to][f] += np.interp(sources[kind[1]], knots, heights)
+            count, kind = int(p[COUNT]), LAW_KINDS[int(p[KIND])]
+            if not count or kind[0] != acts:
+                continue
+            viscous, onset = p[VISCOUS], p[ONSET]
+            knots, heights = np.split(p[FIRST_KNOT:], 2)
+            x = sources[kind[1]] - (onset if kind[1] == "t" else 0.0)
+            value = np.interp(x, knots[:count], heights[:count])
+            self.a[to][f] += value
+            if acts == "friction" and viscous:
+                self.a["damping"][f] = max(self.a["damping"][f] + viscous * value, 0.0)
 
     def _middle_velocity(self) -> Array:
         """Velocity in the middle of the coming step; exactly 0 while it sticks."""

@@ -15,6 +15,7 @@ from corexy_fmi.effects.api import Effect
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_beside
 from corexy_fmi.machine.check import machine_from
+from corexy_fmi.machine.laws import LARGEST
 from corexy_fmi.machine.record import FREE_FORM, EffectUse, FreeForm, Machine
 from corexy_fmi.nearest import nearest
 
@@ -81,8 +82,9 @@ def _effect_text(use: EffectUse) -> str:
 def _free_form_text(law: FreeForm) -> str:
     head = {"name": FREE_FORM, "location": law.location, "argument": law.argument}
     head |= {} if law.acts == "force" else {"acts": law.acts}
+    more = {key: float(getattr(law, key)) for key in LARGEST if getattr(law, key)}
     numbers = {"knots": list(map(float, law.knots)), "values": list(map(float, law.values))}
-    return f"[[effects]]\n{tomli_w.dumps(head | numbers)}"
+    return f"[[effects]]\n{tomli_w.dumps({**head, **more, **numbers})}"
 
 
 def _floats(numbers: dict[str, Any]) -> dict[str, float]:

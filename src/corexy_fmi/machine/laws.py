@@ -18,6 +18,9 @@ AXES = ("x", "y")
 COORDINATES = {"stepper": ("x", "y"), "dc": ("x", "y", "motor1", "motor2")}
 LARGEST_KNOT, LARGEST_VALUE = 1e9, 1e6
 MOST_KNOTS = 24
+LARGEST = {"viscous": 1e6, "onset": 1e9}  # of what only some laws have
+UNITS = {"viscous": "s/m", "onset": "s"}
+ONLY = {"viscous": "where a law acts as friction", "onset": "with argument 't'"}
 
 
 def laws_from(
@@ -123,7 +126,7 @@ def _refuse_repeated(places: list[tuple[str, str]], where: str) -> None:
 def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) -> FreeForm:
     """A law given by its knots."""
     where = f"{where} {FREE_FORM}"
-    keys = ("name", "location", "argument", "acts", "knots", "values")
+    keys = ("name", "location", "argument", "acts", "knots", "values", *LARGEST)
     refuse_unknown(entry, keys, where, "key")
     if fidelity == "kinematic":
         raise InputError(
@@ -145,7 +148,16 @@ def _free_form(entry: Mapping[str, Any], where: str, drive: str, fidelity: str) 
         )
     if any(after <= before for before, after in pairwise(knots)):
         raise InputError(f"{where}.knots: not increasing, expected strictly increasing knots")
-    return FreeForm(location, argument, knots, values, acts)
+    allowed = {"viscous": acts == "friction", "onset": argument == "t"}
+    more = {key: _optional(entry, key, allowed[key], where) for key in LARGEST if key in entry}
+    return FreeForm(location, argument, knots, values, acts, **more)
+
+
+def _optional(entry: Mapping[str, Any], key: str, allowed: bool, where: str) -> float:
+    """A number that only some laws have."""
+    if not allowed:
+        raise InputError(f"{where}.{key}: unknown here, expected it only {ONLY[key]}")
+    return number(entry[key], -LARGEST[key], LARGEST[key], UNITS[key], f"{where}.{key}")
 
 
 def _numbers(entry: Any, largest: float, where: str) -> tuple[float, ...]:

@@ -43,7 +43,9 @@ class EffectUse:
 class FreeForm:
     """A law without a name: values [N or N m] over knots of the argument, linear between them.
 
-    It ``acts`` as a force, or as a Coulomb friction [N] beside that of an axis.
+    It ``acts`` as a force, or as a Coulomb friction [N] beside that of an axis, which may be
+    ``viscous`` [s/m], too: it grows by that share with speed.  A law over time may begin at an
+    ``onset`` [s]: its argument is the time since then.
     """
 
     location: str
@@ -51,6 +53,8 @@ class FreeForm:
     knots: tuple[float, ...]
     values: tuple[float, ...]
     acts: str = "force"
+    viscous: float = 0.0
+    onset: float = 0.0
 
 
 @dataclass(frozen=True)

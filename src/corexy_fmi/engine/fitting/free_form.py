@@ -11,11 +11,14 @@ import numpy as np
 from corexy_fmi.engine.fitting.unknowns import Hypothesis, Unknown
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import (
+    FIRST_VALUE,
     FREE_FORM_LOCATIONS,
     FREE_FORM_SIZE,
-    KNOTS,
     LAW_KINDS,
+    ONSET,
+    VISCOUS,
     Layout,
+    free_form_vector,
 )
 
 if TYPE_CHECKING:
@@ -32,7 +35,8 @@ class LawShape:
 
     It ``acts`` as a force, or as a Coulomb friction beside that of an axis.  Where it has a
     ``parity``, its knots lie alike on both sides of zero.  ``stiffness`` is how strongly its prior
-    holds it straight (`bending`).
+    holds it straight (`bending`).  One over time may count from an onset of its own in each
+    recording but ``since``, and have a share that grows with speed where it is a friction.
     """
 
     location: str
@@ -42,6 +46,8 @@ class LawShape:
     parity: str = ""
     acts: str = "force"
     stiffness: float = 0.0
+    since: str = ""  # the recording whose time is the law's; none: that of each
+    fastest: float = 1.0  # [m/s]: a speed at which a friction may be twice as large
 
     @property
     def unit(self) -> str:
@@ -56,8 +62,43 @@ class LawShape:
         return [*middle, *range((count + 1) // 2, count)] if self.parity else [*range(count)]
 
 
-def law_unknowns(layout: Layout, law: LawShape) -> list[Unknown]:
-    """The values of a free-form law at its knots, with a wide prior that keeps them finite."""
+def law_unknowns(
+    layout: Layout, law: LawShape, runs: Sequence[str] = (), length: float = 1.0
+) -> list[Unknown]:
+    """The values of a free-form law at its knots, with a wide prior that keeps them finite; where
+    it has its own times in each of ``runs``, of ``length`` [s] at most, those, too.
+    """
+    return [*_values(layout, law), *(_times(layout, law, runs, length) if law.since else [])]
+
+
+def onset_key(law: LawShape, run: str) -> str:
+    """Of the unknown that tells when a law's time begins in a run."""
+    return f"free_form.{law.location}.onset@{run}"
+
+
+def viscous_key(law: LawShape) -> str:
+    """Of the unknown that tells how a law's friction grows with speed."""
+    return f"free_form.{law.location}.viscous"
+
+
+def _times(layout: Layout, law: LawShape, runs: Sequence[str], length: float) -> list[Unknown]:
+    """When a law's time begins in each run but the one whose own it is; of a friction the share by
+    which it grows with speed [s/m].
+    """
+    viscous, onset = (law_offset(layout, law) + k for k in (VISCOUS, ONSET))
+    found = [
+        Unknown(onset_key(law, name), onset, 0.0, length / 4, False, (-length, length), 4.0, run=r)
+        for r, name in enumerate(runs)
+        if name != law.since
+    ]
+    if law.acts != "friction":
+        return found
+    scale = 1 / max(law.fastest, 1e-6)
+    reach = (0.0, WIDE * scale)
+    return [*found, Unknown(viscous_key(law), viscous, 0.0, scale, False, reach, WIDE)]
+
+
+def _values(layout: Layout, law: LawShape) -> list[Unknown]:
     first, last = _values_at(layout, law), len(law.knots) - 1
     limit = (-FINITE * law.scale, FINITE * law.scale)
     found = []
@@ -94,7 +135,8 @@ def bending(law: LawShape) -> Array:
 def law_places(unknowns: Sequence[Unknown], law: LawShape | None = None) -> list[int]:
     """Where the values of a law, of all where none is given, stand among the unknowns."""
     head = f"free_form.{law.location}." if law else "free_form."
-    return [k for k, x in enumerate(unknowns) if x.key.startswith(head)]
+    keys = [x.key for x in unknowns]
+    return [k for k, key in enumerate(keys) if key.startswith(head) and ".values[" in key]
 
 
 def law_offset(layout: Layout, law: LawShape) -> int:
@@ -103,14 +145,14 @@ def law_offset(layout: Layout, law: LawShape) -> int:
 
 
 def _values_at(layout: Layout, law: LawShape) -> int:
-    return law_offset(layout, law) + 2 + KNOTS
+    return law_offset(layout, law) + FIRST_VALUE
 
 
 def write_law(layout: Layout, vector: Array, law: LawShape) -> None:
     """Write a law's argument and knots into a parameter vector, its values at zero."""
     first = law_offset(layout, law)
-    vector[first : first + 2] = LAW_KINDS.index((law.acts, law.argument)), len(law.knots)
-    vector[first + 2 : first + 2 + len(law.knots)] = law.knots
+    kind, none = LAW_KINDS.index((law.acts, law.argument)), [0.0] * len(law.knots)
+    vector[first : first + FREE_FORM_SIZE] = free_form_vector(kind, law.knots, none)
 
 
 def law_values(fit: Fit, law: LawShape | None = None) -> Array:
@@ -119,6 +161,24 @@ def law_values(fit: Fit, law: LawShape | None = None) -> Array:
     assert law is not None
     first = _values_at(fit.problem.layout, law)
     return np.asarray(fit.problem.vectors(fit.u[None], 0)[0, first : first + len(law.knots)])
+
+
+def onsets(fit: Fit, law: LawShape) -> list[float]:
+    """When a law's time begins in each recording [s]."""
+    return [_told(fit, onset_key(law, run.name)) for run in fit.problem.runs]
+
+
+def viscous_share(fit: Fit, law: LawShape) -> float:
+    """By how much of itself a law's friction grows with speed [s/m]."""
+    return _told(fit, viscous_key(law))
+
+
+def _told(fit: Fit, key: str) -> float:
+    """An unknown's value; 0 where there is none."""
+    if key not in fit.problem.keys:
+        return 0.0
+    k = fit.problem.keys.index(key)
+    return float(fit.problem.unknowns[k].value(fit.u[k]))
 
 
 def law_errors(fit: Fit, covariance: Array, law: LawShape | None = None) -> Array:

@@ -84,7 +84,7 @@ def estimate(errors: Array, breaks: np.ndarray, floor: float = 1e-12) -> Noise:
     best: tuple[float, Noise] | None = None
     for order in (o for o in ORDERS if o < len(errors) // 10):
         a = _yule_walker(covariance, order)
-        noise = Noise(a, 1.0, marginal / 1.0)
+        noise = Noise(a, 1.0, marginal)
         raw = noise.whiten(centred, breaks) if order else centred
         settled = ~warm_up(breaks, order)
         new = float(np.mean(raw[settled] ** 2)) + floor**2 * (1 + float(a @ a))

@@ -97,7 +97,7 @@ class Parametrisation:
             _write_defaults(base, instance)
         for law in self.hypothesis.laws:
             write_law(self.layout, base, law)
-            unknowns += law_unknowns(self.layout, law)
+            unknowns += law_unknowns(self.layout, law, names, self._extent()["Hz"])
         held = dict(self.hypothesis.held)
         return tuple(x.near(held[x.key]) if x.key in held else x for x in unknowns)
 

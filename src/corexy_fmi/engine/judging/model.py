@@ -9,7 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import law_values
+from corexy_fmi.engine.fitting.free_form import (
+    LawShape,
+    law_values,
+    onset_key,
+    onsets,
+    viscous_key,
+    viscous_share,
+)
 from corexy_fmi.engine.fitting.unknowns import Unknown
 from corexy_fmi.engine.naming.screen import Lead
 from corexy_fmi.kernel.call import Array
@@ -81,7 +88,15 @@ def tuned_machine(fit: Fit, name: str, run: int = 0) -> Machine:
         uses.setdefault((i.effect.name, i.location), {}).update(starts)
     effects = tuple(EffectUse(n, loc, p) for (n, loc), p in uses.items())
     forms = tuple(
-        FreeForm(law.location, law.argument, law.knots, tuple(law_values(fit, law)), law.acts)
+        FreeForm(
+            law.location,
+            law.argument,
+            law.knots,
+            tuple(law_values(fit, law)),
+            law.acts,
+            viscous_share(fit, law),
+            onsets(fit, law)[run],
+        )
         for law in problem.hypothesis.laws
     )
     return replace(
@@ -139,6 +154,20 @@ def effect_table(
                 "determined": _determined(reached, _range(fit, unknown, unit)),
             }
     return table
+
+
+def law_table(fit: Fit, law: LawShape, spread: Array) -> dict[str, dict[str, object]]:
+    """What a law has beside its values: when its time begins in a recording [s], how its friction
+    grows with speed [s/m]; each with its interval.
+    """
+    reached, known = ends(fit, spread), fit.problem.keys
+    asked = {f"onset@{run.name}": (onset_key(law, run.name), "s") for run in fit.problem.runs}
+    asked["viscous"] = viscous_key(law), "s/m"
+    return {
+        name: interval(fit, known.index(key), reached[key]) | {"unit": unit}
+        for name, (key, unit) in asked.items()
+        if key in known
+    }
 
 
 def _range(fit: Fit, unknown: Unknown, unit: str) -> Ends:

@@ -24,6 +24,7 @@ from corexy_fmi.engine.fitting.fit import Fit, costs, minimise
 from corexy_fmi.engine.fitting.noise import Noise
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.rough import softened, unstuck
+from corexy_fmi.engine.naming.own_times import SHIFTS
 from corexy_fmi.engine.naming.spread import TIMES
 from corexy_fmi.kernel.call import Array
 
@@ -84,7 +85,8 @@ def _begun(problem: Problem, u: Array) -> Array:
         for p in i.effect.parameters
     }
     time = problem.runs[0].excitation.time
-    offered = [_values(parameters[key.partition("@")[0]], time) for key in own.values()]
+    known = [parameters.get(key.partition("@")[0]) for key in own.values()]
+    offered = [_values(p, time) if p else _onsets(time) for p in known]
     starts = np.repeat(u[None], int(np.prod([len(v) for v in offered])), axis=0)
     for start, values in zip(starts, itertools.product(*offered), strict=True):
         start[list(own)] = [
@@ -93,6 +95,11 @@ def _begun(problem: Problem, u: Array) -> Array:
     parts = np.split(starts, range(TOGETHER, len(starts), TOGETHER))
     tried = np.concatenate([costs(problem.residual(part)) for part in parts])
     return np.asarray(starts[int(np.argmin(tried))])
+
+
+def _onsets(time: Array) -> list[float]:
+    """Where the time of a free-form law may begin in a recording."""
+    return [share * float(np.ptp(time)) for share in (0.0, *SHIFTS)]
 
 
 def _values(parameter: Parameter, time: Array) -> list[float]:

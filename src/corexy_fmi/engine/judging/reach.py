@@ -62,4 +62,9 @@ def _arguments(fit: Fit, run: Run) -> Array:
     names = [TRUE.get(law.argument, law.argument) for law in problem.hypothesis.laws]
     driven = tuple(name for name in names if name != "t")
     shown = iter(there.simulate(u[None], 0, driven)[0] if driven else ())
-    return np.array([run.excitation.time if name == "t" else next(shown) for name in names])
+    time = run.excitation.time
+    own = [bool(law.since) for law in problem.hypothesis.laws]  # whenever it is there
+    given = [0 * time if free else time for free in own]
+    return np.array(
+        [t if name == "t" else next(shown) for name, t in zip(names, given, strict=True)]
+    )

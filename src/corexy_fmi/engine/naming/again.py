@@ -9,6 +9,7 @@ import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, fine, minimise, settle
 from corexy_fmi.engine.fitting.free_form import PARITIES, LawShape, halved, law_places, law_values
+from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.restart import LEADER, begun, best
 from corexy_fmi.engine.fitting.rough import across, unstuck
 from corexy_fmi.engine.fitting.starts import astray, centred
@@ -49,9 +50,19 @@ def with_laws(fit: Fit, shapes: Sequence[LawShape], values: Sequence[Array]) -> 
     hypothesis = Hypothesis(law=first, beside=beside[0] if beside else None)
     problem = replace(fit.problem, hypothesis=hypothesis)
     start = problem.carried(fit.problem, fit.u)
+    _share_times(problem, start, fit, hypothesis.laws)
     for law, own in zip(hypothesis.laws, values, strict=True):
         start[law_places(problem.unknowns, law)] = own[law.own] / law.scale
     return minimise(problem, start, AGAIN)
+
+
+def _share_times(problem: Problem, start: Array, fit: Fit, laws: Sequence[LawShape]) -> None:
+    """Give laws that a fit had not the times of its first one, in ``start`` (size,)."""
+    known, first = dict(zip(fit.problem.keys, fit.u, strict=True)), f"free_form.{laws[0].location}."
+    for k, key in enumerate(problem.keys):
+        name = key.removeprefix("free_form.").partition(".")[2]
+        if key not in known and key.startswith("free_form.") and "values[" not in name:
+            start[k] = known.get(first + name, 0.0)
 
 
 def recentred(fit: Fit, mapper: Mapper) -> Fit:

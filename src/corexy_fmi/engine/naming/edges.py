@@ -15,7 +15,7 @@ from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.fitting.free_form import LawShape, law_offset, write_law
 from corexy_fmi.engine.fitting.noise import estimate
 from corexy_fmi.kernel.call import LANES, Array, run_lanes
-from corexy_fmi.kernel.layout import KNOTS, Layout
+from corexy_fmi.kernel.layout import FIRST_VALUE, Layout
 
 LASTS, RISE = 0.15, 1e-6  # [s] of a response that is compared; over which the force jumps
 LEAD = 16  # samples at rest before a response, more than a noise model looks back
@@ -85,7 +85,7 @@ def step_response(fit: Fit, run: int, axis: str, spacing: float) -> Array:
 
 
 def _write_values(layout: Layout, vector: Array, law: LawShape, values: tuple[float, ...]) -> None:
-    first = law_offset(layout, law) + 2 + KNOTS
+    first = law_offset(layout, law) + FIRST_VALUE
     vector[first : first + len(values)] = values
 
 

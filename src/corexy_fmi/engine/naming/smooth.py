@@ -18,6 +18,7 @@ from corexy_fmi.engine.fitting.rough import softened
 from corexy_fmi.engine.naming.again import with_laws
 from corexy_fmi.engine.naming.candidates import finer, laws
 from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, Entry
+from corexy_fmi.engine.naming.own_times import with_own_times
 from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import KNOTS
 from corexy_fmi.machine.laws import AXES
@@ -38,7 +39,7 @@ def as_told(entry: Entry) -> Entry:
     """A free-form law along both axes where that pays, and smooth; what it gains, by which it won,
     stays as it was.
     """
-    fit = softened(smoothed(along_both(entry.fit)))
+    fit = softened(smoothed(along_both(with_own_times(entry.fit))))
     return replace(entry, hypothesis=fit.problem.hypothesis, fit=fit)
 
 
@@ -51,7 +52,7 @@ def along_both(fit: Fit) -> Fit:
         return fit
     argument = OTHER.get(law.argument, law.argument)
     like = [
-        replace(other, parity=law.parity)
+        _like(law, other)
         for other in laws(fit.problem, fit.u)
         if (other.argument, other.acts) == (argument, law.acts) and other.location in AXES
         if other.location != law.location
@@ -62,6 +63,14 @@ def along_both(fit: Fit) -> Fit:
     starts = [0 * begun] if law.argument in AXES else [0 * begun, begun]
     both = min((with_laws(fit, (law, like[0]), [own, values]) for values in starts), key=rank)
     return both if rank(both) < rank(fit) - THRESHOLD else fit
+
+
+def _like(law: LawShape, other: LawShape) -> LawShape:
+    """The other axis' law made like a law; with the same times, where it has its own."""
+    like = replace(other, parity=law.parity)
+    if not law.since:
+        return like
+    return replace(like, knots=law.knots, since=law.since, fastest=law.fastest)
 
 
 def smoothed(fit: Fit) -> Fit:

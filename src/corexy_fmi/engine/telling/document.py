@@ -14,6 +14,7 @@ from corexy_fmi.engine.judging.model import (
     Ends,
     covariance,
     effect_table,
+    law_table,
     retuned_table,
     upper_bound,
 )
@@ -135,7 +136,8 @@ def _own(law: LawShape, fit: Fit) -> dict[str, Any]:
     values = law_values(fit, law).tolist()
     acts = {} if law.acts == "force" else {"acts": law.acts}
     where = {"location": law.location, "argument": law.argument}
-    return where | {"knots": list(law.knots), "values": values} | acts
+    more = {"parameters": law_table(fit, law, covariance(fit))}
+    return where | {"knots": list(law.knots), "values": values} | acts | more
 
 
 def effects(

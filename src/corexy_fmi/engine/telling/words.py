@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import LawShape, law_values
+from corexy_fmi.engine.fitting.free_form import LawShape, law_values, onsets, viscous_share
 from corexy_fmi.engine.judging.period import period
 from corexy_fmi.engine.judging.prove import Proof
 from corexy_fmi.engine.judging.verdict import Verdict
@@ -39,7 +39,18 @@ def shape(fit: Fit, law: LawShape) -> str:
     size, odd = (values.max() - values.min()) / 2, f", {law.parity}" if law.parity else ""
     what = "a force on" if law.acts == "force" else "a Coulomb friction of"
     where = f"{what} {law.location} that depends on {law.argument}{odd}"
-    return f"{where}, +-{size:.3g} {law.unit} over the range seen"
+    return f"{where}, +-{size:.3g} {law.unit} over the range seen{_more(fit, law)}"
+
+
+def _more(fit: Fit, law: LawShape) -> str:
+    """How a friction grows with speed, and when its time begins in each recording."""
+    if not law.since:
+        return ""
+    share = viscous_share(fit, law)
+    grows = f", larger by {share:.3g} of itself for each m/s" if share else ""
+    times = zip(fit.problem.runs, onsets(fit, law), strict=True)
+    begins = [f"{onset:+.2f} s in {run.name}" for run, onset in times if run.name != law.since]
+    return f"{grows}, by the time of {law.since}{''.join(f', which begins at {b}' for b in begins)}"
 
 
 def _sites(verdict: Verdict) -> str:
