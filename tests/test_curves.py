@@ -52,6 +52,9 @@ def test_the_section_counts_near_laws_right_places_and_wrong_names():
     assert "One engine ran all" in " ".join(curves.section(said[:1]))
     assert "| struck-cable_drag-0 | y | 990 | 300 | explained | - | - |" in page
     assert curves.section([]) == []
+    anew = curves.section(said, "anew")
+    assert anew[0].endswith("entry, anew")
+    assert "benchmarks.concealed.curves --round anew`" in anew[2]
 
 
 def test_the_cases_are_sealed_ones_of_axial_causes_in_turn():

@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.concealed.curves --origin COMMIT [--shard i/n] [--minutes M]`` draws causes
 that are a force along an axis by speed, place or time, strikes their entry, diagnoses, and compares
-the law that is told with the force that was planted.  It goes on where it stopped.
+the law that is told with the force that was planted.  It goes on where it stopped; ``--round anew``
+is a second one.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from benchmarks.concealed.proof import RESULTS, append, commit, in_time, run_sea
 from benchmarks.concealed.score import NEAR_TWIN
 from benchmarks.concealed.tables import ONCE, commits, cut_off, is_twin
 
-STEM, REPEATS, NEAR, TARGET = "curves", 10, 0.2, 1000.0
+REPEATS, NEAR, TARGET = 10, 0.2, 1000.0
+KEPT = ("location", "argument", "knots", "values", "acts", "parameters")  # of a law
+ROUNDS = {"curves": "once more", "anew": "anew"}  # stems of results, and their headings
 AXIAL = (
     "stribeck_friction", "friction_vs_position", "quadratic_drag", "friction_warmup", "cable_drag",
     "constant_force",
@@ -43,16 +46,14 @@ def run(name: str, wanted: dict[str, Any], origin: str, out: Path) -> Entry:
     seals, without = out.with_suffix(".seals.jsonl"), frozenset({wanted["effect"]})
     entry, case, _, found = run_sealed(name, seed_of(origin, name), wanted, without, seals)
     kept = [
-        {k: law[k] for k in ("location", "argument", "knots", "values")}
-        for law in found.document["effects"]
-        if "knots" in law
+        {k: law[k] for k in KEPT if k in law} for law in found.document["effects"] if "knots" in law
     ]
     error = curve_error(case, found.document)
     return entry | {"origin": origin, "laws": kept, "curve_error": error}
 
 
-def section(entries: list[Entry]) -> list[str]:
-    """Lines of RESULTS.md on the outcomes; none where there are none."""
+def section(entries: list[Entry], stem: str = "curves") -> list[str]:
+    """Lines of RESULTS.md on the outcomes of a round; none where there are none."""
     if not entries:
         return []
     told = sorted(e["curve_error"] for e in entries if e["curve_error"] is not None)
@@ -60,11 +61,11 @@ def section(entries: list[Entry]) -> list[str]:
     none = [e for e in clear if not is_twin(e["document"]["verdict"], e["reached"]["explained"])]
     one = len({e["commit"] for e in entries}) == 1
     return [
-        "## The curve of a struck entry, once more",
+        f"## The curve of a struck entry, {ROUNDS[stem]}",
         "",
-        f"`python -m benchmarks.concealed.curves`: {len(entries)} sealed cases of {len(cases())}, "
+        f"`python -m benchmarks.concealed.curves{_option(stem)}`: {len(entries)} sealed cases of {len(cases())}, "
         f"engine at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}; "
-        f"{cut_off(entries, STEM)} cut off. " + ("One engine ran all." if one else ONCE.strip()),
+        f"{cut_off(entries, stem)} cut off. " + ("One engine ran all." if one else ONCE.strip()),
         "",
         "Causes that are a force along an axis by speed, place or time, E 1000 asked, their entry "
         f"deleted. Confidently misnamed: {_named(entries)}, without a nearer twin (E_sep >= 100) "
@@ -79,6 +80,10 @@ def section(entries: list[Entry]) -> list[str]:
         *folded("Case by case", _one_by_one(entries)),
         "",
     ]
+
+
+def _option(stem: str) -> str:
+    return "" if stem == "curves" else f" --round {stem}"
 
 
 def _named(entries: list[Entry]) -> str:
@@ -120,9 +125,13 @@ def main() -> None:
     parser.add_argument("--origin", default=commit(), help="what the seeds follow from")
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no case after this long")
+    parser.add_argument("--round", choices=ROUNDS, default="curves", help="where outcomes go")
     given = parser.parse_args()
     left, out = waiting(
-        cases(), given.shard, RESULTS / f"{STEM}.jsonl", lambda e: e["origin"] == given.origin
+        cases(),
+        given.shard,
+        RESULTS / f"{given.round}.jsonl",
+        lambda e: e["origin"] == given.origin,
     )
     for name, wanted in in_time(left, given.minutes, "struck entries"):
         append(out, run(name, wanted, given.origin, out))

@@ -189,7 +189,7 @@ def page(now: list[Entry], before: list[Entry]) -> str:
         *(full(now) if now else []),
         *(again(anew) if (anew := outcomes(AGAIN)) else []),
         *others.section(outcomes(others.STEM)),
-        *curves.section(outcomes(curves.STEM)),
+        *(line for stem in curves.ROUNDS for line in curves.section(outcomes(stem), stem)),
         *settled(),
         *(line for part in seeds.SEEDS for line in seeds.section(part)),
         *thresholds([*read(RESULTS / "earlier.jsonl"), *before], [*seeds.every(), *now]),
