@@ -63,9 +63,10 @@ def section(entries: list[Entry], stem: str = "curves") -> list[str]:
     return [
         f"## The curve of a struck entry, {ROUNDS[stem]}",
         "",
-        f"`python -m benchmarks.concealed.curves{_option(stem)}`: {len(entries)} sealed cases of {len(cases())}, "
-        f"engine at commit {commits(entries)}, seeds: sha256 of {commits(entries, 'origin')}; "
-        f"{cut_off(entries, stem)} cut off. " + ("One engine ran all." if one else ONCE.strip()),
+        f"`python -m benchmarks.concealed.curves{_option(stem)}`: {len(entries)} sealed cases of "
+        f"{len(cases())}, engine at commit {commits(entries)}, "
+        f"seeds: sha256 of {commits(entries, 'origin')}; {cut_off(entries, stem)} cut off. "
+        + ("One engine ran all." if one else ONCE.strip()),
         "",
         "Causes that are a force along an axis by speed, place or time, E 1000 asked, their entry "
         f"deleted. Confidently misnamed: {_named(entries)}, without a nearer twin (E_sep >= 100) "
