@@ -56,7 +56,7 @@ proof: bootstrap
 
 real: bootstrap
 	@$(PYTHON) -c 'import nonlinear_benchmarks' 2> /dev/null || \
-	  $(PYTHON) -m pip --disable-pip-version-check install -q -c constraints.txt nonlinear-benchmarks==1.0.1
+	  $(PYTHON) -m pip --disable-pip-version-check install -q -c constraints.txt -e '.[real]'
 	@$(PYTHON) -m benchmarks.real
 
 bench: bootstrap

@@ -95,7 +95,7 @@ def diagnose(
         tell("retuning the nominal parameters", 0.05)
         used = tuple(excerpts(runs))
         base = retune(layout, machine, used, mapper)
-        shares = iter((0.2, 0.6, 0.85, 0.9))
+        shares = iter((0.2, 0.6))
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("asking every place for a law", 0.83)
         found = sites(competition, mapper)

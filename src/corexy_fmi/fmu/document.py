@@ -36,7 +36,8 @@ bridge (y) and a carriage (x). <code>fidelity</code> chooses the model: <b>full<
 of freedom (carriage, bridge and every pulley on elastic belt sections), <b>reduced</b> has 4
 (carriage, bridge, motors; the belts condensed), <b>condensed</b> the same 4 with the idlers shared
 out by their static weights, <b>kinematic</b> is x = r (&phi;<sub>1</sub> + &phi;<sub>2</sub>)/2,
-y = r (&phi;<sub>1</sub> - &phi;<sub>2</sub>)/2. <code>drive</code> says what
+y = r (&phi;<sub>1</sub> - &phi;<sub>2</sub>)/2; <b>single_axis, two_mass, cartesian, h_frame</b>
+are other stages, no Core-XY. <code>drive</code> says what
 turns the motors: <b>stepper</b> follows the angles <code>phi1, phi2</code>, <b>dc</b> takes the
 voltages <code>V1, V2</code>. Friction is set-valued (it sticks exactly); micro-steps follow from
 the fastest pole of the machine, and any communication step above 0 is divided into whole ones.</p>
@@ -112,7 +113,7 @@ def _machine_text(machine: Machine) -> str:
 
 def _variables(variables: Iterable[Variable]) -> str:
     rows = [
-        (_code(v.name), v.unit or "", _number(v.start), _range(v), escape(v.description))
+        (_code(v.name), escape(v.unit or ""), _number(v.start), _range(v), escape(v.description))
         for v in variables
     ]
     return _table(("name", "unit", "start", "range", "meaning"), rows)
