@@ -109,7 +109,9 @@ def test_voltages_without_a_loop_are_held() -> None:
 )
 def test_free_form_laws_equal_the_kernel(acts: str, location: str, argument: str) -> None:
     """On every coordinate, over speed, position, angle and time; a friction on an axis."""
-    law = FreeForm(location, argument, (-0.5, 0.01, 0.2), (0.01, -0.02, 0.03), acts)
+    more = {"onset": 0.1} if argument == "t" else {}
+    more |= {"viscous": 8.0} if acts == "friction" else {}
+    law = FreeForm(location, argument, (-0.5, 0.01, 0.2), (0.01, -0.02, 0.03), acts, **more)
     chosen = replace(machine("yin2018_dc"), free_forms=(law,))
     order = rectangle(chosen)
     expected = simulate(chosen, order)
