@@ -54,7 +54,9 @@ def test_a_recording_too_short_to_keep_a_part_back_is_said_to_judge_nothing():
 
 def test_a_recording_that_only_judges_needs_samples_too():
     long, none = (record(machine(), short_motion(), n, tracker=t) for n, t in (("a", 1), ("b", 90)))
-    with pytest.raises(InputError, match="b: no measured channel has more than 20 samples"):
+    with pytest.raises(
+        InputError, match="b: no measured channel that can be fitted has more than 20 samples"
+    ):
         make_runs([long], [none], machine())
 
 

@@ -127,6 +127,10 @@ def free_form(knots, values, location="x", argument="vx", acts="force", more="")
     return effect("free_form", location, f"{told}\n{more}")
 
 
+def test_a_loop_beside_a_stepper_stands_idle(machine_file):
+    assert load_machine(machine_file("[controller]\nkp = 20.0\nkd = 0.1\n")).controller is None
+
+
 def test_a_friction_over_time_has_an_onset_and_a_viscous_share(machine_file):
     more = "viscous = 12.5\nonset = -0.25\n"
     machine = load_machine(machine_file(free_form([0, 1], [0, 2], "y", "t", "friction", more)))
@@ -158,7 +162,7 @@ BAD = {
     "fidelity": ("[machine]\nfidelity = 'ful'", "nearest known: full"),
     "condensed dc": ("[machine]\ndrive='dc'\nfidelity='condensed'", "knows no dc drive"),
     "kinematic dc": ("[machine]\ndrive='dc'\nfidelity='kinematic'", "knows no dc drive"),
-    "controller of a stepper": ("[controller]\nkp = 1\nkd = 0", "only where drive = 'dc'"),
+    "controller of a stepper": ("[controller]\nkp = -1\nkd = 0", "controller.kp: found -1"),
     "controller key": ("[machine]\ndrive='dc'\n[controller]\nki = 1", "unknown key 'ki'"),
     "controller gain missing": ("[machine]\ndrive='dc'\n[controller]\nkp = 1", "controller.kd"),
     "unknown parameter": ("[parameters]\ncarriage_mas = 1", "nearest known: carriage_mass"),

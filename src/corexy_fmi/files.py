@@ -43,6 +43,7 @@ def write_folder(folder: Path, replacing: Collection[str] = ()) -> Iterator[Path
     Files of other names that ``folder`` already holds stay, but for those of an earlier result that
     is ``replacing`` them all.  Raises InputError where the place cannot be written.
     """
+    folder = folder.absolute()
     beside = _beside(folder)
     with _told(folder, beside):
         try:
@@ -81,6 +82,8 @@ def alone_in(folder: Path) -> Iterator[None]:
 
 def _beside(path: Path) -> Path:
     """A name that nobody else uses, with the same ending, hidden."""
+    if not path.name:
+        raise InputError(f"{path}: has no name, expected a file or a folder to write")
     return path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
 
 

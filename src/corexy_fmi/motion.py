@@ -18,6 +18,8 @@ from corexy_fmi.profile import Profile, constant_speed, trapezoid
 from corexy_fmi.recording.record import Recording
 from corexy_fmi.topologies import BY_EQUATION_1, COREXY
 
+MOST_ROWS = 1e8  # of a motion
+
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-9  # [s] rows nearer than this are one
 
@@ -153,7 +155,15 @@ def place(phi1: Array, phi2: Array, pulley_radius: float) -> Array:
 
 
 def row_times(motion: Motion, rate: float) -> Array:
-    """The grid of ``rate`` [Hz] with the motion's instants and its end, (n,) in s."""
+    """The grid of ``rate`` [Hz] with the motion's instants and its end, (n,) in s.
+
+    Raises InputError where that is more rows than memory holds.
+    """
+    if not motion.duration * rate <= MOST_ROWS:
+        raise InputError(
+            f"motion: found {motion.duration:g} s at {rate:g} Hz, expected at most "
+            f"{MOST_ROWS:g} rows"
+        )
     grid = np.arange(int(np.floor(motion.duration * rate + SAME_INSTANT)) + 1) / rate
     marks = np.unique([*motion.instants, motion.duration])
     marks = marks[np.concatenate([[True], np.diff(marks) > SAME_INSTANT])]

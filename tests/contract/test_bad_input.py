@@ -21,6 +21,14 @@ EFFECT = Effect(name="own", summary="a drag", locations=AXES,
     laws=(Law("guide", drag),), equation="", citation="", remedy="", check="", looks_like="",
     state="speed")
 """
+
+
+def rows(name, cell):
+    """A recording in which motor 1 turns, with one measured channel."""
+    lines = [f"{n / 1e3},{n / 1e2},0,{cell.format(n=n)}" for n in range(200)]
+    return "\n".join([f"time,phi1,phi2,{name}", *lines]) + "\n"
+
+
 FILES = {
     "good.csv": GOOD,
     "word.csv": "time,phi1,phi2,x\n0,0,0,0\n0.1,zero,0,0\n",
@@ -28,11 +36,24 @@ FILES = {
     "blind.csv": "time,phi1,phi2\n0,0,0\n0.1,0,0\n",
     "volts.csv": "time,V1,V2,x\n0,0,0,0\n0.1,0,0,0\n",
     "far.csv": "time,phi1,phi2\n0,0,0\n0.1,1e308,0\n0.2,0,0\n",
+    "gap.csv": GOOD + "1e6,0.1,0,0\n1000000.1,0.2,0,0\n",
+    "gains.csv": "# controller: pd kp=1e400 kd=0\n" + GOOD,
+    "dead.csv": rows("x", "0"),
+    "encoders.csv": rows("phi1_meas", "{n}"),
+    "nested.toml": "a = " + "[" * 3000,
+    "digits.toml": "[parameters]\ncarriage_mass = " + "1" * 400 + "\n",
+    "empty.mat": "",
+    "empty.csv": "",
     "typo.toml": "[parameters]\ncarriage_mas = 0.1\n",
     "open.toml": "[machine]\ndrive = 'dc'\n",
     "effect.py": "EFFECT = 3\n",
     "broken.py": "import math\nEFFECT = math.sine(1.0)\n",
     "typo.py": OWN.replace("velocity", "velocty"),
+    "port.py": OWN.replace('"guide"', '"gide"'),
+    "place.py": OWN.replace("locations=AXES", 'locations=("z",)'),
+    "sizeless.py": OWN.replace(", size=True", ""),
+    "bounds.py": OWN.replace("0.0, 0.0, 9.0", "0.0, 9.0, 0.0"),
+    "spaces.py": OWN.replace('name="own"', 'name="my own!"'),
     "attribute.py": OWN.replace("size * velocity", "size * velocity.speed"),
     "raw.csv": "#time,accel_x,accel_y,accel_z\n0,0,0,0\n1,1,1,1\n",
 }
@@ -50,10 +71,61 @@ BAD = {
         ("simulate", "word.csv", "--out", "o.csv"),
         "word.csv, line 3, column phi1: found 'zero', expected a finite number",
     ),
-    "inputs that nothing follows": (
+    "a number beyond all": (
         ("simulate", "far.csv", "--out", "o.csv"),
-        "s, expected inputs and a machine that stay finite",
+        "far.csv, line 3, column phi1: found '1e308', expected a number within 1e+12",
     ),
+    "two logs in one": (
+        ("diagnose", "gap.csv", "--out", "o"),
+        "gap.csv, line 4, column time: 1000000.0 after 0.1, expected one run without a gap",
+    ),
+    "endless loop": (
+        ("diagnose", "gains.csv", "--machine", "yin2018_dc", "--out", "o"),
+        "metadata controller: found 'pd kp=1e400 kd=0'",
+    ),
+    "dead sensor": (
+        ("diagnose", "dead.csv", "--out", "o"),
+        "(channel x never changes although the stage is driven)",
+    ),
+    "encoders of a stepper": (
+        ("diagnose", "encoders.csv", "--out", "o"),
+        "(encoders are fitted with drive dc only)",
+    ),
+    "no machine's name": (
+        ("simulate", "good.csv", "--machine", "", "--out", "o.csv"),
+        "machine: found no name",
+    ),
+    "machine of brackets": (
+        ("simulate", "good.csv", "--machine", "nested.toml", "--out", "o.csv"),
+        "nested.toml: not TOML",
+    ),
+    "machine of digits": (
+        ("simulate", "good.csv", "--machine", "digits.toml", "--out", "o.csv"),
+        "carriage_mass: found 1111",
+    ),
+    "file without a name": (("simulate", "good.csv", "--out", "."), "expected a file"),
+    "crawling": ((*RECTANGLE, "--speed", "1e-9"), "expected at most 1e+08 rows"),
+    "noise without end": (
+        ("plan", "--machine", "light_bench", "--noise", "inf"),
+        "--noise: found inf",
+    ),
+    "empty matrix": (
+        ("import", "mat", "empty.mat", "--map", "time=t", "--out", "o.csv"),
+        "empty.mat: ",
+    ),
+    "empty table": (
+        ("import", "csv", "empty.csv", "--map", "time=t", "--out", "o.csv"),
+        "empty.csv: no header line",
+    ),
+    "loop of a table": (
+        ("import", "csv", "good.csv", "--about", "controller: foo", "--out", "o.csv"),
+        "o.csv, metadata controller: found 'foo'",
+    ),
+    "clock of a table": (
+        ("import", "csv", "good.csv", "--about", "clock: wob", "--out", "o.csv"),
+        "o.csv, metadata clock: found 'wob'",
+    ),
+    "start that is none": ((*KLIPPER, "--move", "0,0:0.01,0", "--start-offset", "nan"), "o.csv, "),
     "time": (("diagnose", "back.csv", "--out", "o"), "back.csv, line 3, column time"),
     "nothing measured": (("diagnose", "blind.csv", "--out", "o"), "no measured samples, expected"),
     "same file twice": (("diagnose", "good.csv", "good.csv", "--out", "o"), "given twice"),
@@ -109,6 +181,26 @@ BAD = {
     "own effect's word": (
         ("diagnose", "good.csv", "--effects", "typo.py", "--out", "o"),
         "own: drag reads velocty",
+    ),
+    "own effect's port": (
+        ("diagnose", "good.csv", "--effects", "port.py", "--out", "o"),
+        "own: drag: unknown port 'gide'",
+    ),
+    "own effect's places": (
+        ("simulate", "good.csv", "--effects", "place.py", "--out", "o.csv"),
+        "place.py: locations: found ('z',)",
+    ),
+    "own effect without a size": (
+        ("simulate", "good.csv", "--effects", "sizeless.py", "--out", "o.csv"),
+        "sizeless.py: no parameter with size=True",
+    ),
+    "own effect's bounds": (
+        ("build", "--effects", "bounds.py", "--out", "o"),
+        "bounds.py: parameter size: found bounds 9 to 0",
+    ),
+    "own effect's name": (
+        ("simulate", "good.csv", "--effects", "spaces.py", "--out", "o.csv"),
+        "spaces.py: name 'my own!'",
     ),
     "own effect's law": (
         ("diagnose", "good.csv", "--effects", "attribute.py", "--out", "o"),

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 from fmpy.util import read_csv
 
+from corexy_fmi.commands.plants import Plant, run
 from corexy_fmi.effects import catalogue
-from corexy_fmi.recording import read_recording
+from corexy_fmi.errors import InputError
+from corexy_fmi.machine import load_machine
+from corexy_fmi.recording import Recording, read_recording
 
 SMALL = ("--width", "0.02", "--height", "0.015", "--speed", "0.039")
 COMMANDS = (
@@ -166,3 +169,10 @@ def test_reproduce_writes_what_it_shows(corexy, corexy_process, tmp_path):
     assert names == {"claims.json", "claims.md", "claims.svg"}
     said = corexy("reproduce", "claims", "--sets", 8, "--out", "again", "--json")
     assert json.loads(said.stdout) == json.loads((tmp_path / "again/claims.json").read_text())
+
+
+def test_inputs_that_no_machine_follows_are_told():
+    time = np.array([0.0, 0.1, 0.2])
+    order = Recording("far.csv", time, {"phi1": np.array([0.0, 1e308, 0.0]), "phi2": 0 * time})
+    with pytest.raises(InputError, match="s, expected inputs and a machine that stay finite"):
+        run(Plant.model, load_machine("yin2018"), order, {})

@@ -49,7 +49,7 @@ def build(
     from corexy_fmi.fmu.build import build_fmu
 
     own = own_effects(effects)
-    chosen = load_machine(machine or ASSUMED, own)
+    chosen = load_machine(ASSUMED if machine is None else machine, own)
     built = build_fmu(
         out,
         chosen if machine else None,

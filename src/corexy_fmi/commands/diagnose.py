@@ -192,7 +192,9 @@ def chosen_machine(
     name: str | None, effects_file: Path | None, recordings: list[Recording]
 ) -> Machine:
     """The machine asked for, else the surrogate with the recordings' drive; fits them all."""
-    machine = load_machine(name or assumed_machine(recordings), own_effects(effects_file))
+    machine = load_machine(
+        assumed_machine(recordings) if name is None else name, own_effects(effects_file)
+    )
     for recording in recordings:
         check_drive(recording, machine)
     return machine

@@ -12,7 +12,7 @@ from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
 from corexy_fmi.motion import check_stage
-from corexy_fmi.recording import Recording, write_recording
+from corexy_fmi.recording import Recording, write_checked
 from corexy_fmi.recording.klipper import Move, import_klipper
 from corexy_fmi.recording.motan import import_motan
 from corexy_fmi.recording.resonance import import_resonance
@@ -160,7 +160,7 @@ def motan(
 def _keep(recording: Recording, machine: Machine, out: Path) -> None:
     """Write a recording that stays on the stage."""
     check_stage(recording, machine)
-    write_recording(recording, out)
+    write_checked(recording, out)
     label(machine)
     say(f"recording: {out}")
 

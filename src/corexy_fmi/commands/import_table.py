@@ -11,7 +11,7 @@ import typer
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
-from corexy_fmi.recording import INPUTS, Recording, check_drive, write_recording
+from corexy_fmi.recording import INPUTS, Recording, check_drive, write_checked
 from corexy_fmi.recording.columns import import_columns
 from corexy_fmi.recording.merge import merge
 from corexy_fmi.topology import STAGES
@@ -134,7 +134,7 @@ def _shared_out(entries: Sequence[str]) -> tuple[list[str], list[str]]:
 def _keep(recording: Recording, machine: Machine, out: Path) -> None:
     """Write a recording that the machine's drive can replay."""
     check_drive(recording, machine)
-    write_recording(recording, out)
+    write_checked(recording, out)
     label(machine)
     say(f"recording: {out}")
 

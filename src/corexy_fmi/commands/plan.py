@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
@@ -111,7 +112,7 @@ def _checked(machine: Machine, noise: float, rate: float) -> Machine:
     Raises InputError for a dc machine without a loop, and for noise and rates that mean nothing.
     """
     for name, value in (("noise", noise), ("rate", rate)):
-        if not value > 0:
+        if not 0 < value < math.inf:
             raise InputError(f"--{name}: found {value!r}, expected a positive number")
     if machine.drive == "dc" and machine.controller is None:
         raise InputError(

@@ -41,7 +41,7 @@ def simulate(
     """
     given = read_recording(recording)
     own = own_effects(effects)
-    chosen = load_machine(machine or assumed_machine([given]), own)
+    chosen = load_machine(assumed_machine([given]) if machine is None else machine, own)
     check_drive(given, chosen)
     response = run(plant, chosen, given, own)
     loop = {key: text for key, text in given.metadata.items() if key in CARRIED}

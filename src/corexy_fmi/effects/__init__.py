@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pkgutil
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -44,4 +45,25 @@ def load_file(path: Path) -> Effect:
         raise InputError(f"{path}: EFFECT is missing, expected an instance of Effect")
     if effect.name in catalogue():
         raise InputError(f"{path}: name {effect.name!r} is a bundled effect's, expected a new one")
+    _check(effect, str(path))
     return effect
+
+
+def _check(effect: Effect, where: str) -> None:
+    """Raises InputError for names, places and parameters that the kernel cannot have."""
+    for name in (effect.name, *(p.name for p in effect.parameters), *effect.memory):
+        if not str(name).isidentifier():
+            raise InputError(f"{where}: name {name!r}, expected a word of letters, digits and _")
+    if not isinstance(effect.locations, Mapping) or not effect.locations:
+        raise InputError(
+            f"{where}: locations: found {effect.locations!r}, expected a table of places by name, "
+            "such as AXES"
+        )
+    if not any(p.size for p in effect.parameters):
+        raise InputError(f"{where}: no parameter with size=True, expected what switches it off")
+    for p in effect.parameters:
+        if not p.lower <= p.upper:
+            raise InputError(
+                f"{where}: parameter {p.name}: found bounds {p.lower:g} to {p.upper:g}, "
+                "expected the lower one first"
+            )

@@ -84,7 +84,7 @@ def diagnose(
         tell("checking wiring and units", 0.0)
         train, findings = preflight(train, machine)
         holdout, more = preflight(holdout, machine)
-        runs, kept = make_runs(train, holdout, machine)
+        runs, kept = make_runs(train, holdout, machine, [*findings, *more])
         runs = begun(runs, layout, machine)
         kept = begun(kept, layout, machine) if holdout else begun_alike(kept, runs)
         runs, early = settled_in(runs, machine)

@@ -184,6 +184,11 @@ def _hold(effect: Effect, law: Law, index: int, names: list[str], parts: Parts) 
 
 def check_laws(effect: Effect) -> None:
     """Trace every law of a user's own effect: raises InputError for one that cannot be."""
+    for law in effect.laws:
+        if law.port not in PORTS:
+            where, known = f"{effect.name}: {law.function.__name__}", ", ".join(PORTS)
+            near = nearest(law.port, PORTS)
+            raise InputError(f"{where}: unknown port {law.port!r}, expected one of {known}{near}")
     traced = [(k, law) for k, law in enumerate(effect.laws) if law.port not in HOST]
     for index, law in traced:
         try:

@@ -75,8 +75,15 @@ def nominal_index(name: str) -> int:
 
 
 def make_layout(effects: Mapping[str, Effect]) -> Layout:
-    """Lay out the given effects, in their order."""
+    """Lay out the given effects, in their order.
+
+    Raises InputError for a law of an effect that is not bundled and cannot be traced.
+    """
     instances, parameter, memory = [], len(NOMINAL), 0
+    bundled = catalogue()
+    for effect in effects.values():
+        if bundled.get(effect.name) is not effect:
+            check_laws(effect)
     for effect in effects.values():
         for location, places in effect.locations.items():
             instances.append(Instance(effect, location, parameter, memory))
@@ -93,10 +100,5 @@ def bundled_layout() -> Layout:
 
 
 def layout_with(own: dict[str, Effect]) -> Layout:
-    """The bundled layout, or with a user's own effects beside the catalogue's.
-
-    Raises InputError for a law that cannot be traced.
-    """
-    for effect in own.values():
-        check_laws(effect)
+    """The bundled layout, or with a user's own effects beside the catalogue's."""
     return make_layout(catalogue() | own) if own else bundled_layout()

@@ -126,14 +126,9 @@ def _parameter(entry: Any, known: NominalParameter, where: str) -> tuple[float, 
 
 
 def _controller(entry: Any, where: str, drive: str) -> Controller | None:
-    """The loop of a dc machine."""
+    """The loop of a dc machine; one beside a stepper is checked, and stands idle."""
     if entry is None:
         return None
-    if drive != "dc":
-        raise InputError(
-            f"{where}: this machine's drive is 'stepper', "
-            "expected [controller] only where drive = 'dc'"
-        )
     gains = table(entry, where)
     refuse_unknown(gains, ("kp", "kd", "rate_weight"), where, "key")
     for key in ("kp", "kd"):
@@ -142,4 +137,4 @@ def _controller(entry: Any, where: str, drive: str) -> Controller | None:
     kp = number(gains["kp"], 0.0, 1e6, "V/rad", f"{where}.kp")
     kd = number(gains["kd"], 0.0, 1e6, "V s/rad", f"{where}.kd")
     weight = number(gains.get("rate_weight", 1.0), 0.0, 1.0, "1", f"{where}.rate_weight")
-    return Controller(kp, kd, weight)
+    return Controller(kp, kd, weight) if drive == "dc" else None

@@ -96,6 +96,8 @@ def _find(path_or_name: str | Path) -> Path:
     path, known = Path(path_or_name), machine_names()
     if path_or_name in known:
         return models_folder() / path_or_name / "machine.toml"
+    if not str(path_or_name):
+        raise InputError("machine: found no name, expected a file or a bundled machine")
     if path.is_dir() and (path / "machine.toml").is_file():
         return path / "machine.toml"
     if path.exists() or path.suffix:
@@ -121,5 +123,5 @@ def _document(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: {reason}, expected a machine file (TOML)") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text, expected a machine file (TOML)") from error
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{path}: not TOML: {error}, expected a machine file") from error

@@ -38,13 +38,21 @@ def number(
     entry: Any, lower: float, upper: float, unit: str, where: str, kind: str = "a number"
 ) -> float:
     """The entry as float if it is a finite number inside its bounds; true and false are none."""
-    if isinstance(entry, bool) or not isinstance(entry, int | float) or not math.isfinite(entry):
+    if isinstance(entry, bool) or not isinstance(entry, int | float) or not _finite(entry):
         raise InputError(f"{where}: found {shown(entry)}, expected {kind} [{unit}]")
     if not lower <= entry <= upper:
         raise InputError(
             f"{where}: found {entry!r}, expected a value from {lower:g} to {upper:g} [{unit}]"
         )
     return float(entry)
+
+
+def _finite(entry: float) -> bool:
+    """Whether a number is finite as a float."""
+    try:
+        return math.isfinite(entry)
+    except OverflowError:  # a whole number of hundreds of digits
+        return False
 
 
 def refuse_unknown(given: Mapping[str, Any], known: Iterable[str], where: str, kind: str) -> None:

@@ -5,7 +5,7 @@ from corexy_fmi.recording.lost import with_lost_rows
 from corexy_fmi.recording.read import read_recording
 from corexy_fmi.recording.record import INPUTS, MEASURED, Recording
 from corexy_fmi.recording.stamps import with_even_stamps
-from corexy_fmi.recording.write import write_recording
+from corexy_fmi.recording.write import write_checked, write_recording
 
 __all__ = [
     "INPUTS",
@@ -18,5 +18,6 @@ __all__ = [
     "read_recording",
     "with_even_stamps",
     "with_lost_rows",
+    "write_checked",
     "write_recording",
 ]

@@ -102,7 +102,10 @@ def _csv(path: Path) -> dict[str, Array]:
             line = 1
             while (raw := file.readline()).startswith(b"#"):
                 line += 1
-            names = [n.strip().strip(chr(34)) for n in raw.decode("utf-8-sig").strip().split(",")]
+            head = raw.decode("utf-8-sig").strip()
+            if not head:
+                raise InputError(f"{path}: no header line, expected one that names the columns")
+            names = [name.strip().strip(chr(34)) for name in head.split(",")]
             table = read_table(file, path, names, line + 1)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}, expected a CSV file") from error
@@ -114,15 +117,16 @@ def _csv(path: Path) -> dict[str, Array]:
 def _mat(path: Path) -> dict[str, Array]:
     """Numeric vectors of a MATLAB file (to version 7)."""
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
     try:
         found = loadmat(path)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}, expected a MATLAB file") from error
-    except (ValueError, NotImplementedError, TypeError) as error:
+    except (ValueError, NotImplementedError, TypeError, MatReadError) as error:
         raise InputError(f"{path}: {error}, expected a MATLAB file up to version 7") from error
     return {
         name: np.asarray(value, float).ravel()
         for name, value in found.items()
-        if not name.startswith("__") and np.issubdtype(getattr(value, "dtype", "O"), np.number)
+        if not name.startswith("__") and getattr(value, "dtype", np.dtype("O")).kind in "iuf"
     }

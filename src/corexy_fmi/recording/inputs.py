@@ -12,6 +12,7 @@ from corexy_fmi.machine import Controller, Machine
 from corexy_fmi.recording.record import ANGLES, INPUTS, VOLTAGES, Recording
 
 NUMBER = r"([0-9.]+(?:[eE][-+]?[0-9]+)?)"
+LARGEST_GAIN = 1e6  # [V/rad, V s/rad]
 LOOP = re.compile(rf"pd\s+kp\s*=\s*{NUMBER}\s+kd\s*=\s*{NUMBER}(?:\s+rate_weight\s*=\s*{NUMBER})?")
 
 
@@ -57,7 +58,7 @@ def parse_controller(text: str, where: str) -> Controller:
         gains = [float(number) for number in match.groups() if number] if match else []
     except ValueError:
         gains = []
-    if not gains:
+    if not gains or not all(0 <= gain <= LARGEST_GAIN for gain in gains):
         raise InputError(
             f"{where}, metadata controller: found {text!r}, expected 'pd kp=20 kd=0.1'"
         )

@@ -16,6 +16,7 @@ from corexy_fmi.recording.record import ANGLES, INPUTS, UNITS, VOLTAGES, Recordi
 from corexy_fmi.recording.table import read_table
 
 CLOCKS = ("free", "exact")
+LONGEST_GAP = 600.0  # [s]: two logs in one file; a model would run through it
 
 
 def read_recording(path: str | Path, *, needs_inputs: bool = True) -> Recording:
@@ -23,7 +24,8 @@ def read_recording(path: str | Path, *, needs_inputs: bool = True) -> Recording:
 
     Raises InputError, naming line and column, for a file that cannot be read, a first column other
     than time, a repeated column, a cell that is no finite number, a row of another length, time
-    that does not increase and, with ``needs_inputs``, absent or initially blank inputs.
+    that does not increase or has a gap of minutes and, with ``needs_inputs``, absent or initially
+    blank inputs.
     """
     path = Path(path)
     try:
@@ -101,6 +103,14 @@ def _check_time(table: NDArray[np.float64], path: Path, first_line: int) -> None
             f"{path}, line {first_line + row}, column time: {float(time[row])!r} "
             f"after {float(time[row - 1])!r}, "
             "expected strictly increasing time"
+        )
+    gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP)
+    if len(gaps):
+        row = int(gaps[0]) + 1
+        raise InputError(
+            f"{path}, line {first_line + row}, column time: {float(time[row])!r} "
+            f"after {float(time[row - 1])!r}, expected one run without a gap of more than "
+            f"{LONGEST_GAP:g} s"
         )
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from corexy_fmi.errors import InputError
 
+LARGEST = 1e12  # of any number in SI units: what is beyond is no measurement
 BLOCK = 1 << 23  # [byte] of text parsed at a time
 ALLOWED = b"0123456789.eE+-, \t\r\n"
 AROUND = re.compile(rb"[ \t]*([,\n])[ \t]*")
@@ -55,7 +56,7 @@ def _parse(block: bytes, path: Path, columns: Sequence[str], line: int) -> NDArr
     count = len(columns)
     if not block.translate(None, ALLOWED) and _rectangular(block, count):
         table = _parse_fast(block)
-        if table is not None and not np.isinf(table).any():
+        if table is not None and not (np.abs(table) > LARGEST).any():
             return table
     return _parse_slowly(block, path, columns, line)
 
@@ -125,4 +126,6 @@ def _number(cell: str, where: str) -> float:
         number = float("nan")
     if not np.isfinite(number):
         raise InputError(f"{where}: found {cell[:40]!r}, expected a finite number or a blank cell")
+    if abs(number) > LARGEST:
+        raise InputError(f"{where}: found {cell[:40]!r}, expected a number within {LARGEST:g}")
     return number

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_beside
+from corexy_fmi.recording.read import read_recording
 from corexy_fmi.recording.record import Recording
 
 ROWS = 65536  # written at a time
@@ -30,6 +32,20 @@ def write_recording(recording: Recording, path: str | Path, *, plain: bool = Fal
             )
         file.write(",".join(["time", *recording.channels]) + "\n")
         file.writelines(_blocks([recording.time, *recording.channels.values()]))
+
+
+def write_checked(recording: Recording, path: str | Path) -> None:
+    """Write the CSV once it was read back as anybody would.
+
+    Raises InputError naming line and column for what no recording may hold; nothing is written.
+    """
+    path = Path(path)
+    with write_beside(path) as beside:
+        write_recording(recording, beside)
+        try:
+            read_recording(beside)
+        except InputError as error:
+            raise InputError(str(error).replace(str(beside), str(path))) from error
 
 
 def _line(text: str) -> str:

@@ -48,19 +48,28 @@ def _lost(given: Recording, whole: Recording) -> list[Finding]:
 
 
 def make_runs(
-    train: Sequence[Recording], holdout: Sequence[Recording], machine: Machine
+    train: Sequence[Recording],
+    holdout: Sequence[Recording],
+    machine: Machine,
+    found: Sequence[Finding] = (),
 ) -> tuple[list[Run], list[Run]]:
     """Training and held-out runs; without the latter the last part of each is kept back, where it
-    has samples.  Raises InputError for a recording without, and for one to judge on that measures
-    nothing that training did.
+    has samples.  Raises InputError for a recording without, which tells what was ``found`` in it,
+    and for one to judge on that measures nothing that training did.
     """
+
+    def sampled(run: Run, where: str = "") -> Run:
+        if not run.samples:
+            raise InputError(_unsampled(run, where, machine, found))
+        return run
+
     if not holdout:
         halves = [split_in_time(r, machine, GAP) for r in train]
-        runs = [_sampled(a, " in its first 70 %") for a, _ in halves]
+        runs = [sampled(a, " in its first 70 %") for a, _ in halves]
         late = [judged(b, [a]) for a, b in halves]
         return runs, [run for run in late if run.samples]
-    runs = [_sampled(make_run(r, machine, "train")) for r in train]
-    kept = [_sampled(make_run(r, machine, "holdout")) for r in holdout]
+    runs = [sampled(make_run(r, machine, "train")) for r in train]
+    kept = [sampled(make_run(r, machine, "holdout")) for r in holdout]
     known = ", ".join(dict.fromkeys(s.channel for run in runs for s in run.samples))
     for run in kept:
         if not judged(run, runs).samples:
@@ -71,13 +80,17 @@ def make_runs(
     return runs, kept
 
 
-def _sampled(run: Run, where: str = "") -> Run:
-    if not run.samples:
-        raise InputError(
-            f"{run.name}: no measured channel has more than {FEWEST} samples{where}, expected x, y "
-            "or ax, ay"
-        )
-    return run
+def _unsampled(run: Run, where: str, machine: Machine, found: Sequence[Finding]) -> str:
+    """Why a run has nothing that can be fitted."""
+    head = f"{run.name}: "
+    why = [f.text.removeprefix(head) for f in found if f.text.startswith(head)]
+    if machine.drive != "dc" and any(c.startswith("phi") for c in run.recording.measured):
+        why.append("encoders are fitted with drive dc only")
+    reason = f" ({'; '.join(why)})" if why else ""
+    return (
+        f"{head}no measured channel that can be fitted has more than {FEWEST} samples{where}"
+        f"{reason}, expected x, y or ax, ay"
+    )
 
 
 def unjudged(

@@ -63,7 +63,7 @@ def uneven(fit: Fit) -> tuple[str, str]:
 
 def _both(run: Run, errors: Sequence[Array]) -> tuple[_Slow, _Slow] | None:
     """What x and y of a run show; None where their quick noise is not that of one tracker, or they
-    are too short.
+    are too short, or where one has none at all.
     """
     at = {s.channel: n for n, s in enumerate(run.samples)}
     if not all(name in at for name in PAIR):
@@ -72,8 +72,9 @@ def _both(run: Run, errors: Sequence[Array]) -> tuple[_Slow, _Slow] | None:
     one, other = (quick_noise(run.samples[n]) for n in (x, y))
     if max(one, other) > (1 + ALIKE) * min(one, other):
         return None
-    found = tuple(_slow(errors[n]) for n in (x, y))
-    return (found[0], found[1]) if max(f.count for f in found) > FEWEST else None
+    first, second = (_slow(errors[n]) for n in (x, y))
+    told = max(first.count, second.count) > FEWEST and min(first.ratio, second.ratio) > 0
+    return (first, second) if told else None
 
 
 def _slow(errors: Array) -> _Slow:
