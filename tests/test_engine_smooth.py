@@ -1,6 +1,7 @@
 """A free-form law as smooth as its data ask: the prior, its weight, and what it does to a curve."""
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +23,7 @@ from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.model import covariance, tuned_machine
 from corexy_fmi.engine.naming.smooth import along_both, log_evidence, smoothed
 from corexy_fmi.machine import FreeForm
+from corexy_fmi.motion import Motion, chain, line, rest
 
 ODD = LawShape("x", "vx", (-0.1, -0.04, -0.014, -0.005, 0.005, 0.014, 0.04, 0.1), 0.1, parity="odd")
 UNEVEN = tuple(np.sort(np.r_[0.0, np.random.default_rng(0).uniform(size=400), 1.0]))
@@ -90,11 +92,12 @@ def unseen(knots, values) -> np.ndarray:
     return values - known @ np.linalg.lstsq(known, values, rcond=None)[0]
 
 
-def law_fit(argument: str, force, knots, seed: int) -> Fit:
+def law_fit(argument: str, force, knots, seed: int, motion: Motion | None = None) -> Fit:
     """A fit of a law with few knots to a recording in which a force acts along x."""
-    many = np.linspace(knots[0], knots[-1], 24)
+    far = 3 * knots[-1] if motion else knots[-1]
+    many = np.linspace(-far if motion else knots[0], far, 24)
     form = FreeForm("x", argument, tuple(many.tolist()), tuple(force(many).tolist()))
-    run = record(replace(machine(), free_forms=(form,)), rich_motion(), seed=seed)
+    run = record(replace(machine(), free_forms=(form,)), motion or rich_motion(), seed=seed)
     return fitted(
         replace(
             problem(run, machine()),
@@ -112,6 +115,10 @@ def off(fit: Fit, force, at) -> float:
 
 def drag(speed):
     return -40.0 * speed * np.abs(speed)
+
+
+def strong(speed):
+    return 5.0 * drag(speed)
 
 
 def bump(place):
@@ -135,6 +142,21 @@ def test_a_smooth_law_is_nearer_to_what_acts(argument, force, knots):
     assert off(told, force, at) < 0.7 * off(few, force, at)
     spread = law_errors(told, covariance(told))
     assert (spread > 0).all()
+
+
+def test_a_law_over_speed_reaches_to_the_fastest():
+    """A drag shows most where a motion is for moments only."""
+    corners = ((0.0, 0.0), (0.03, 0.0), (-0.02, 0.0), (0.0, 0.0), (-0.02, 0.0), (0.03, 0.0))
+    speeds = (0.02, 0.04, 0.12, 0.12, 0.03)
+    moves = [line(a, b, v, 4.0) for (a, b), v in zip(pairwise(corners), speeds, strict=True)]
+    knots = 0.042 * np.array([-1.0, -0.4, -0.14, -0.05, 0.05, 0.14, 0.4, 1.0])
+    few = law_fit("vx", strong, knots, seed=1, motion=chain(rest((0, 0), 0.1), *moves))
+    told = smoothed(few)
+    fastest = np.abs(few.problem.simulate(few.u[None], 0, ("vx",))[0]).max()
+    reach = told.problem.hypothesis.law.knots
+    assert (-reach[0], reach[-1]) == pytest.approx((fastest, fastest), rel=0.02)
+    at = np.linspace(-fastest, fastest, 200)
+    assert off(told, strong, at) < 0.6 * off(few, strong, at)
 
 
 @pytest.mark.parametrize("acts_on_y", [True, False])

@@ -13,7 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.free_form import LawShape, bending, law_places, law_values
+from corexy_fmi.engine.fitting.free_form import (
+    SPEEDS,
+    LawShape,
+    bending,
+    law_places,
+    law_values,
+)
 from corexy_fmi.engine.fitting.rough import softened
 from corexy_fmi.engine.naming.again import with_laws
 from corexy_fmi.engine.naming.candidates import finer, laws
@@ -24,6 +30,7 @@ from corexy_fmi.kernel.layout import KNOTS
 from corexy_fmi.machine.laws import AXES
 
 LADDER = np.logspace(2.0, -5.0, 8)  # weights of bending, in units of the data's own
+BEYOND = 1.05  # times the last knot of a speed, from which on a faster one gets its own
 OTHER = {"vx": "vy", "vy": "vx", "x": "y", "y": "x"}  # what a law of the other axis depends on
 
 
@@ -104,9 +111,11 @@ def log_evidence(fit: Fit) -> float:
 
 
 def _with_finer_knots(fit: Fit) -> Fit:
-    """The fit of laws with a knot more between any two, while there is room."""
+    """The fit of laws with a knot more between any two, while there is room; over a speed they
+    reach to the fastest, which few samples show and a drag tells most of.
+    """
     known = fit.problem.hypothesis.laws
-    many = [_fine(law) for law in known]
+    many = [_to_the_fastest(fit, _fine(law)) for law in known]
     values = [
         np.interp(new.knots, law.knots, law_values(fit, law))
         for new, law in zip(many, known, strict=True)
@@ -124,6 +133,23 @@ def _held(fit: Fit, stiffness: Sequence[float]) -> Fit:
 def _fine(law: LawShape) -> LawShape:
     twice = finer(law)
     return _fine(twice) if len(twice.knots) <= KNOTS else law
+
+
+def _to_the_fastest(fit: Fit, law: LawShape) -> LawShape:
+    """A law with knots more up to the fastest speed either way, as far apart as its last ones where
+    there is room, if its knots end before.
+    """
+    room, last = (KNOTS - len(law.knots)) // 2, law.knots[-1]
+    if law.argument not in SPEEDS or not room:
+        return law
+    runs = range(len(fit.problem.runs))
+    seen = [fit.problem.simulate(fit.u[None], r, (law.argument,))[0] for r in runs]
+    top = max(float(np.abs(speed).max()) for speed in seen)
+    if top < BEYOND * last:
+        return law
+    count = min(room, int(np.ceil((top - last) / (last - law.knots[-2]))))
+    more = np.linspace(last, top, count + 1)[1:]
+    return replace(law, knots=(*(-more[::-1]).tolist(), *law.knots, *more.tolist()))
 
 
 def _unit(fit: Fit, law: LawShape) -> float:
