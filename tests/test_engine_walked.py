@@ -43,13 +43,13 @@ def end(found, key: str, way: float) -> float:
 
 
 def test_an_inertia_that_nothing_shows_has_no_lower_end():
-    found = fit("racking")
+    found = fit("racking", seed=6)
     k = found.problem.keys.index(INERTIA)
     assert end(found, INERTIA, -SHORT) == found.problem.unknowns[k].range()[0]
 
 
 def test_an_inertia_ends_where_its_mode_would_show():
-    found = fit("racking")
+    found = fit("racking", seed=6)
     k = found.problem.keys.index(INERTIA)
     top = end(found, INERTIA, SHORT)
     assert found.u[k] + SHORT < top < found.problem.unknowns[k].range()[1]
@@ -89,7 +89,7 @@ def test_what_is_at_the_least_that_is_allowed_is_walked_up():
 
 
 def test_an_interval_reaches_as_far_as_any_way_to_tell_it():
-    found = fit("racking")
+    found = fit("racking", seed=6)
     key, spread = ("racking", "bridge"), covariance(found)
     k = found.problem.keys.index(STIFFNESS)
     far = tuple(found.problem.unknowns[k].internal(v) for v in (500.0, 2e4))
