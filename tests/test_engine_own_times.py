@@ -17,6 +17,7 @@ from corexy_fmi.engine.fitting.free_form import (
 )
 from corexy_fmi.engine.fitting.noise import Noise
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.judging.local import is_local
 from corexy_fmi.engine.judging.model import covariance, law_table, tuned_machine
 from corexy_fmi.engine.judging.predict import carried
 from corexy_fmi.engine.judging.reach import within_reach
@@ -101,6 +102,18 @@ def test_what_all_recordings_have_at_one_time_stays_so():
     runs = [(rich_motion(), "first.csv"), (other_motion(), "other.csv")]
     one = law_fit(*(run_of(0.0, motion, name, viscous=0.0) for motion, name in runs))
     assert with_own_times(one) is one
+
+
+def test_a_law_of_one_recording_has_the_time_of_that():
+    """So that another one may have its own."""
+    one = law_fit(run_of(0.0, rich_motion(), "first.csv"))
+    own = with_own_times(one)
+    assert own.problem.hypothesis.law.since == "first.csv"
+    assert not is_local(one)
+    assert is_local(own)
+    kept = run_of(LATE, other_motion(), "kept.csv", "holdout")
+    there = carried(own, kept, own.problem.noise[0])
+    assert onsets(there, there.problem.hypothesis.law) == pytest.approx([LATE], abs=0.3)
 
 
 def test_the_other_axis_has_the_same_times():

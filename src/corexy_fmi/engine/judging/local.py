@@ -30,8 +30,9 @@ class LastParts:
 
 
 def is_local(fit: Fit) -> bool:
-    """Whether a fit has parameters of single recordings."""
-    return any(x.run is not None for x in fit.problem.unknowns)
+    """Whether a fit has parameters of single recordings, or a law whose time is that of one."""
+    laws = fit.problem.hypothesis.laws
+    return any(x.run is not None for x in fit.problem.unknowns) or any(law.since for law in laws)
 
 
 def shows(fit: Fit) -> list[bool]:
