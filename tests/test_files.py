@@ -1,5 +1,7 @@
 """Outputs are whole or absent."""
 
+from pathlib import Path
+
 import pytest
 
 from corexy_fmi.errors import InputError
@@ -49,6 +51,15 @@ def test_folders_on_the_way_are_made(tmp_path):
         assert beside.suffix == ".txt"
         beside.write_text("whole")
     assert (tmp_path / "a" / "b" / "c.txt").read_text() == "whole"
+
+
+def test_this_folder_is_a_folder_and_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with write_folder(Path(".")) as folder:
+        (folder / "a").write_text("new")
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+    with pytest.raises(InputError, match="has no name"), write_beside(Path(".")):
+        pass
 
 
 def test_a_place_that_cannot_be_written_is_the_users_mistake(tmp_path):

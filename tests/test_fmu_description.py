@@ -11,8 +11,10 @@ from fmpy.validation import validate_fmu
 from fmu_kit import FLAVOURS, diseased, folder, machine, slave, template
 
 from corexy_fmi.effects import catalogue
+from corexy_fmi.errors import InputError
 from corexy_fmi.fmu.archive import read_archive
 from corexy_fmi.fmu.build import build_fmu
+from corexy_fmi.fmu.description import built_at
 from corexy_fmi.fmu.machine_text import fnv1a
 from corexy_fmi.fmu.units import make_unit
 from corexy_fmi.fmu.variables import interface_guid, machine_table, variable_table
@@ -194,3 +196,10 @@ def test_an_effect_of_a_users_own_gets_its_variables() -> None:
         one.begin()
         one.doStep(0.0, 0.1)
         assert one.read("x")[0] > 1e-6
+
+
+@pytest.mark.parametrize("told", ["now", "1e9", "1" * 40])
+def test_a_wrong_epoch_is_told(monkeypatch: pytest.MonkeyPatch, told: str) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", told)
+    with pytest.raises(InputError, match=r"SOURCE_DATE_EPOCH: found .*, expected seconds"):
+        built_at()

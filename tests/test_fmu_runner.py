@@ -26,7 +26,7 @@ from fmu_kit import (
 from corexy_fmi.effects import catalogue
 from corexy_fmi.errors import InputError
 from corexy_fmi.fmu.build import build_fmu
-from corexy_fmi.fmu.runner import parameter_values, run_fmu
+from corexy_fmi.fmu.runner import carried_machine, parameter_values, run_fmu
 from corexy_fmi.fmu.signals import fmpy_signals
 from corexy_fmi.machine import FreeForm, Machine
 from corexy_fmi.motion import Motion, command, row_times
@@ -272,3 +272,10 @@ def test_rows_that_were_lost_are_run_and_left_out(name: str) -> None:
     found = run_fmu(build_fmu(folder() / f"lost-{name}", chosen), cut)
     assert np.array_equal(found.time, cut.time)
     assert largest(found, simulate(chosen, cut), "x", "y") < LIMIT
+
+
+def test_a_machine_inside_that_is_none_is_told(tmp_path: Path) -> None:
+    (tmp_path / "resources").mkdir()
+    (tmp_path / "resources" / "machine.toml").write_text('effects = ["a"]\n')
+    with pytest.raises(InputError, match=r"resources/machine.toml: effects\[1\]: found 'a'"):
+        carried_machine(tmp_path, "odd.fmu")

@@ -1,5 +1,7 @@
 """What a report is made of: equations, thinned curves, numbers and places in words."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,11 @@ from corexy_fmi.report import render_report
 from corexy_fmi.report.charts import marked_parts
 from corexy_fmi.report.decimate import envelope, log_bins, outline, rms_per_cell
 from corexy_fmi.report.equation import typeset
-from corexy_fmi.report.quantities import number, percent, quantity, with_interval
+from corexy_fmi.report.plane import _path_scale
+from corexy_fmi.report.quantities import number, percent, prefix_for, quantity, with_interval
 from corexy_fmi.report.tables import not_excluded, parameters, sites, words
 from corexy_fmi.report.words import cause, place
-from tests.report_cases import make_document, make_evidence
+from tests.report_cases import make_document, make_evidence, make_trace
 
 
 @pytest.mark.parametrize("name", sorted(catalogue()))
@@ -148,3 +151,10 @@ def test_a_sure_cause_of_unsure_size_is_told_alone():
     assert "was left out of the simulation; how large it is remains open." in page
     assert "keep another recording back" in page
     assert "cannot tell apart" not in page
+
+
+def test_a_path_along_y_has_units_of_its_own_length():
+    trace = make_trace("y.csv", "train")
+    seen = {**trace.measured, "x": 2e-8 * trace.measured["x"]}
+    scale, unit = _path_scale(replace(trace, measured=seen))
+    assert (scale, unit) == prefix_for(float(np.nanmax(np.abs(trace.measured["y"]))), "m")

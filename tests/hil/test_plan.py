@@ -8,9 +8,10 @@ import pytest
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.clock import Clock, lower_envelope
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
+from corexy_fmi.hil.loop import Gains
 from corexy_fmi.hil.protocol import SEGMENT, Decoder, Info, Pong, Type, encode
 from corexy_fmi.hil.segments import END, check, plan, step_ticks
-from corexy_fmi.hil.tracker import Tracker
+from corexy_fmi.hil.tracker import Tracker, open_lines
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle
@@ -140,3 +141,16 @@ def test_tracker_takes_lines_however_they_are_cut() -> None:
     time, places = tracker.aligned()
     assert time == pytest.approx([10.0, 10.1, 10.3])
     assert places.shape == (3, 2)
+
+
+@pytest.mark.parametrize("address", ["udp://:70000", "udp://:x", "udp://9000"])
+def test_an_address_that_is_none_is_told(address: str) -> None:
+    with pytest.raises(InputError, match="expected udp://host:port or a serial port"):
+        open_lines(address)
+
+
+@pytest.mark.parametrize("supply", [0.5, 33.0, 60.0])
+def test_a_supply_that_the_firmware_cannot_tell_is_refused(supply: float) -> None:
+    scale = Scale(4000, 1 << 32, 5e-3, 1e-3)
+    with pytest.raises(InputError, match="expected 1 to 32 V"):
+        Gains.of(load_machine("yin2018_dc"), scale, supply)
