@@ -31,7 +31,7 @@ from corexy_fmi.kernel.layout import (
 )
 from corexy_fmi.machine import Machine
 from corexy_fmi.machine.check import DRIVES
-from corexy_fmi.machine.laws import LARGEST, UNITS
+from corexy_fmi.machine.laws import LARGEST, LARGEST_KNOT, LARGEST_VALUE, UNITS
 from corexy_fmi.parameters import NOMINAL
 from corexy_fmi.simulate import machine_vector, neutral_vector
 from corexy_fmi.topologies import TOPOLOGIES, bounds
@@ -45,7 +45,6 @@ __all__ = [
     "machine_table",
     "variable_table",
 ]
-LARGEST_KNOT, LARGEST_VALUE = 1e9, 1e6
 HOLD = 0  # inputInterpolation
 
 

@@ -123,5 +123,5 @@ def _document(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: {reason}, expected a machine file (TOML)") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text, expected a machine file (TOML)") from error
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+    except (ValueError, RecursionError) as error:  # TOML's own is a ValueError
         raise InputError(f"{path}: not TOML: {error}, expected a machine file") from error

@@ -18,11 +18,11 @@ from corexy_fmi.engine.planning.bearable import bears, strain
 from corexy_fmi.engine.planning.foresee import Sensing, imagined
 from corexy_fmi.engine.planning.parted import Foretold, Parted
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import PROGRAM
 from corexy_fmi.machine import Machine
 from corexy_fmi.programs import Limits, named_command, programs, recorded_limits, shakings
 from corexy_fmi.recording import Recording, controller
 
-FILE = "next_experiment.csv"
 RIVALS = 4
 SETTLES = 30.0  # [1] E_sep: 15 +- 5.5 nats for the true one, 2.9 TEMPERATURE + 5.5 are needed
 MOST = 20  # repeats
@@ -102,7 +102,9 @@ def next_experiment(
 def _orders(limits: Limits, machine: Machine) -> dict[str, list[Recording]]:
     """All programs by name, each from hard to soft."""
     found = {name: (motion,) for name, motion in programs(limits).items()} | shakings(limits)
-    return {k: [named_command(FILE, m, machine) for m in motions] for k, motions in found.items()}
+    return {
+        k: [named_command(PROGRAM, m, machine) for m in motions] for k, motions in found.items()
+    }
 
 
 def _soonest(
