@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from corexy_fmi.engine.judging.verdict import SURE, decide
+from corexy_fmi.engine.judging.doubt import still_loud
+from corexy_fmi.engine.judging.verdict import SURE, Verdict, decide
 from corexy_fmi.engine.naming.entries import CEILING, Competition
 
 
@@ -123,3 +124,20 @@ def test_an_effect_that_data_kept_back_hardly_show_stands_beside_retuned_paramet
     found = decide(competition(SURELY, 70.0), proof(gain, contrasts=(contrast,)))
     assert found.classes == (((("first", "x"),), ()),)
     assert found.unseen
+
+
+@pytest.mark.parametrize(
+    ("word", "rms", "left"),
+    [
+        ("explained", (2.0, 1.4), "unexplained"),
+        ("explained", (20.0, 1.4), "explained"),  # next to all of it is gone
+        ("explained", (1.5, 1.2), "explained"),
+        ("ambiguous", (2.0, 1.4), "ambiguous"),
+        ("explained", (float("nan"),) * 2, "explained"),  # nothing was kept back
+    ],
+)
+def test_what_is_loud_on_data_kept_back_is_not_explained(word, rms, left):
+    given = Verdict(word, entry("backlash", 900.0))
+    found = still_loud(given, proof(30.0, retuned=rms[0], explained=rms[1]))
+    assert found.word == left
+    assert ("still 1.4 times the noise" in found.reason) == (left != word)

@@ -16,14 +16,20 @@ from corexy_fmi.engine.fitting.free_form import (
     viscous_share,
 )
 from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.local import is_local
 from corexy_fmi.engine.judging.model import covariance, law_table, tuned_machine
 from corexy_fmi.engine.judging.predict import carried
 from corexy_fmi.engine.judging.reach import within_reach
+from corexy_fmi.engine.naming.candidates import laws
+from corexy_fmi.engine.naming.entries import ranked
 from corexy_fmi.engine.naming.own_times import with_own_times
 from corexy_fmi.engine.naming.smooth import along_both
+from corexy_fmi.engine.places.site import Site
+from corexy_fmi.engine.places.spots import best_law, with_times
 from corexy_fmi.engine.telling.words import shape
+from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import FreeForm
 
 KNOTS = np.linspace(-6.0, 12.0, 24)
@@ -126,3 +132,19 @@ def test_the_other_axis_has_the_same_times():
     assert (first.location, second.location) == ("x", "y")
     for law in (first, second):
         assert onsets(both, law) == pytest.approx([0.0, LATE], abs=0.3)
+
+
+def test_a_law_over_time_stands_in_for_one_of_something_else_that_leads():
+    """One time for all recordings hid it; its place says that time is what it depends on."""
+    runs = run_of(0.0, rich_motion(), "first.csv"), run_of(LATE, other_motion(), "other.csv")
+    base = retune(bundled_layout(), machine(), runs)
+    speed = next(law for law in laws(base.problem, base.u) if law.argument == "vy")
+    wrong = best_law(base, [Hypothesis(law=speed)], map)
+    competition = ranked(base, [replace(wrong, gain=20.0)])
+    sites = [Site("x", 500.0, "speed", "speed", ("speed", "time"))]
+    first = with_times(competition, sites, map).entries[0]
+    law = first.hypothesis.law
+    assert (law.location, law.argument, law.acts, law.since) == ("x", "t", "friction", "first.csv")
+    assert onsets(first.fit, law)[1] == pytest.approx(LATE, abs=0.3)
+    silent = [replace(sites[0], states=("speed",)), replace(sites[0], gain=5.0)]
+    assert all(with_times(competition, [site], map) is competition for site in silent)

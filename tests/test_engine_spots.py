@@ -15,11 +15,13 @@ from corexy_fmi.engine.judging.model import tuned_machine
 from corexy_fmi.engine.naming.again import refined
 from corexy_fmi.engine.naming.candidates import laws
 from corexy_fmi.engine.naming.entries import Competition
+from corexy_fmi.engine.naming.smooth import commoner
 from corexy_fmi.engine.places.probe_laws import FINE
 from corexy_fmi.engine.places.site import Site, sites
 from corexy_fmi.engine.places.spots import ACROSS, _windows, best_law, with_spot
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import FreeForm
+from corexy_fmi.motion import chain, line, rest
 
 SPOT, HALF = 0.0112, 2e-3  # [m] of y: its middle, from there to either end
 BUMP = FreeForm("y", "y", (SPOT - HALF, SPOT - HALF / 2, SPOT + HALF / 2, SPOT + HALF),
@@ -34,6 +36,7 @@ def base(bumpy):
     return retune(bundled_layout(), machine(), problem(shown, machine(), std=5e-6).runs)
 
 
+TIGHT = FreeForm("y", "y", (SPOT - HALF, SPOT, SPOT + HALF), (0.0, 1.2, 0.0), "friction")
 HUMPS = FreeForm("y", "y", (-0.012, -0.008, -0.004, 0.002, 0.006, 0.01),
                  (0.0, 0.5, 0.1, 0.1, 0.8, 0.0), "friction")  # fmt: skip
 
@@ -93,6 +96,50 @@ def test_a_spot_is_found_at_its_place_and_fitted():
     assert first.gain > found[0].gain
     at = SPOT + np.array([-HALF / 2, HALF / 2])
     assert np.diff(np.interp(at, law.knots, values))[0] == pytest.approx(1.6, rel=0.25)
+
+
+def test_a_tight_spot_that_is_passed_both_ways_is_found_and_fitted():
+    """Its force turns with the motion, so that no pull there is alike."""
+    shown = record(replace(machine(), free_forms=(TIGHT,)), rich_motion(), noise=5e-6)
+    fit = retune(bundled_layout(), machine(), problem(shown, machine(), std=5e-6).runs)
+    (site, *_) = sites(alone(fit), map)
+    assert site.location == "y"
+    assert "position" in site.states
+    beside = replace(site, state="time")  # whatever explains most, a spot among it is looked at
+    first = with_spot(alone(fit), [beside], map).entries[0]
+    law, values = first.hypothesis.law, law_values(first.fit)
+    assert (law.acts, law.location, law.argument) == ("friction", "y", "y")
+    there, away = np.interp([SPOT, SPOT - 2 * HALF], law.knots, values)
+    assert there - away == pytest.approx(1.2, rel=0.3)
+
+
+def law_of(motion, acts, free_form):
+    """The fit of a law along y of one kind to a recording of a machine with another or the same."""
+    shown = record(replace(machine(), free_forms=(free_form,)), motion, noise=5e-6)
+    fit = retune(bundled_layout(), machine(), problem(shown, machine(), std=5e-6).runs)
+    asked = [h for h in (Hypothesis(law=law) for law in laws(fit.problem, fit.u))
+             if (h.law.location, h.law.argument, h.law.acts) == ("y", "y", acts)]  # fmt: skip
+    return best_law(fit, asked, map).fit
+
+
+ONE_WAY = chain(rest((0, -0.02), 0.2), line((0, -0.02), (0, 0.03), 0.05, 2.0), rest((0, 0.03), 0.2))
+WIDE = FreeForm("y", "y", (-0.012, 0.0, 0.012), (0.0, 1.2, 0.0), "friction")
+
+
+def test_what_was_passed_one_way_alone_is_taken_for_friction():
+    fit = law_of(ONE_WAY, "force", WIDE)
+    found = commoner(fit)
+    law = found.problem.hypothesis.law
+    assert law.acts == "friction"
+    assert found.cost == pytest.approx(fit.cost, abs=3.0)
+    there, away = np.interp([0.0, 0.02], law.knots, law_values(found))
+    assert there - away == pytest.approx(1.2, rel=0.3)
+
+
+@pytest.mark.parametrize("acts", ["force", "friction"])
+def test_what_was_passed_both_ways_is_what_it_is(acts):
+    fit = law_of(rich_motion(), acts, replace(WIDE, acts=acts))
+    assert commoner(fit) is fit
 
 
 def test_without_one_nothing_is_added():

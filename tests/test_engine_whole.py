@@ -11,7 +11,7 @@ from corexy_fmi.engine.fitting.fit import minimise
 from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.fitting.unknowns import WITHIN
 from corexy_fmi.engine.naming.name import compete
-from corexy_fmi.engine.naming.whole import _beside, whole
+from corexy_fmi.engine.naming.whole import _beside, broken, whole
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -50,6 +50,18 @@ def test_a_part_of_a_step_has_to_pay_as_whole_ones(steps, least):
     assert abs(held.value(STEPS) - near) <= WITHIN * abs(near) + 1e-9
     assert held.cost > fit.cost + 50  # [nats] that the part of a step is worth
     assert whole(held) is held
+
+
+def test_many_steps_that_are_no_whole_number_are_told():
+    """A belt that jumped a tooth is 13.3 steps off."""
+    held = whole(fitted(13.33))
+    assert held.value(STEPS) == pytest.approx(13 * (1 + WITHIN), rel=1e-6)
+    assert broken(held) == "13.13 steps, where no whole number of them fits"
+
+
+@pytest.mark.parametrize("steps", [-13.0, 1.0, 1.6])
+def test_whole_steps_and_few_are_not_doubted(steps):
+    assert broken(whole(fitted(steps))) == ""
 
 
 def test_sets_beside_are_near_first_and_never_nothing():

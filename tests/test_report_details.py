@@ -14,7 +14,7 @@ from corexy_fmi.report.plane import _path_scale
 from corexy_fmi.report.quantities import number, percent, prefix_for, quantity, with_interval
 from corexy_fmi.report.tables import not_excluded, parameters, sites, words
 from corexy_fmi.report.words import cause, place
-from tests.report_cases import make_document, make_evidence, make_trace
+from tests.report_cases import NOISE, make_document, make_evidence, make_trace
 
 
 @pytest.mark.parametrize("name", sorted(catalogue()))
@@ -158,3 +158,23 @@ def test_a_path_along_y_has_units_of_its_own_length():
     seen = {**trace.measured, "x": 2e-8 * trace.measured["x"]}
     scale, unit = _path_scale(replace(trace, measured=seen))
     assert (scale, unit) == prefix_for(float(np.nanmax(np.abs(trace.measured["y"]))), "m")
+
+
+@pytest.mark.parametrize(
+    ("explained", "words"),
+    [(0.5, "falls from"), (2.0, "stays at"), (2.2, "grows from")],
+)
+def test_what_is_kept_back_is_told_as_it_is(explained, words):
+    document = make_document("unexplained")
+    document["heldout"] |= {"rms_retuned": 2 * NOISE, "rms_explained": explained * NOISE}
+    text = render_report(document, make_evidence("unexplained", 500))
+    assert f"the mismatch {words}" in text
+
+
+def test_a_law_without_numbers_is_no_explanation_in_numbers():
+    """Where a mismatch has a place and no law, the document names it by a law with no knots."""
+    document = make_document("unexplained")
+    evidence = make_evidence("unexplained", 500)
+    assert "in numbers" not in render_report(document, evidence)
+    document["effects"][0] |= {"knots": [0.0, 1.0], "values": [0.0, 1.0]}
+    assert "in numbers" in render_report(document, evidence)

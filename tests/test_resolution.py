@@ -7,7 +7,7 @@ import pytest
 from engine_kit import ASIDE, EffectUse, fitted, machine, named, pair, problem, with_effects
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.fitting.resolution import at_resolution, sensor_step
+from corexy_fmi.engine.fitting.resolution import _is_rounding, at_resolution, sensor_step
 
 STEP = 1e-5  # [m]
 MISMATCH = EffectUse("belt_mismatch", "belts", {"ratio": 0.03})
@@ -47,6 +47,20 @@ def test_noise_beside_the_steps_can_be_told_from_them(noise, fine):
     (train,), _ = files(noise=noise)
     fit = fitted(problem(train, machine(), std=STEP / np.sqrt(12)))
     assert at_resolution(fit) is fine
+
+
+def test_an_axis_that_stands_still_errs_alike_for_long():
+    """Half of the time 0.4 of a step either way: more than on the move, none beyond half."""
+    (train,), _ = files()
+    samples = problem(train, machine()).runs[0].samples[0]
+    count = len(samples.index)
+    stands = np.where(np.arange(count) % 2 > 0, 0.4, -0.4)
+    errors = STEP * stands
+    errors[: count // 2] = STEP * np.linspace(-0.5, 0.5, count // 2)
+    assert np.std(errors) > 1.15 * STEP / np.sqrt(12)
+    assert _is_rounding(samples, errors)
+    errors[count // 3] = STEP
+    assert not _is_rounding(samples, errors)
 
 
 def test_a_channel_without_steps_has_none():

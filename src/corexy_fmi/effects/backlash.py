@@ -90,7 +90,8 @@ EFFECT = Effect(
     ),
     citation="Nordin, Gutman 2002, doi:10.1016/S0005-1098(02)00047-X",
     remedy="Tighten the set screw of the motor's pulley, or clamp or glue the pulley to its shaft.",
-    check="Hold the motor's shaft and turn its pulley by hand: it moves before the shaft does.",
+    check="Hold the motor's shaft and turn its pulley by hand: it moves before the shaft does. "
+    "Where it does not, turn the idlers of its belt: a dry one looks alike.",
     looks_like="a step of constant size in belt travel at every reversal of that motor",
     state="velocity_reversal",
     fidelities=EVERYWHERE,

@@ -70,7 +70,8 @@ EFFECT = Effect(
     r"p = \mathrm{clamp}((t - t_0) / T, 0, 1)",
     citation="Kenjo, Sugawara 1994, Stepping Motors and Their Microprocessor Controls",
     remedy="Raise the motor current or lower the acceleration; free what blocks the axis.",
-    check="Drive back to the start: the carriage stands off its mark by whole steps.",
+    check="Drive back to the start: the carriage stands off its mark by whole steps, or, where the "
+    "belt jumped, by teeth.",
     looks_like="from one moment on, everything is off by a constant",
     state="time",
     drives=(STEPPER,),

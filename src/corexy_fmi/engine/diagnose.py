@@ -35,7 +35,7 @@ from corexy_fmi.engine.naming.screen import bounds
 from corexy_fmi.engine.naming.smooth import with_smooth_law
 from corexy_fmi.engine.places.family import within_family
 from corexy_fmi.engine.places.site import beside, sites
-from corexy_fmi.engine.places.spots import with_finer, with_spot
+from corexy_fmi.engine.places.spots import with_finer, with_spot, with_times
 from corexy_fmi.engine.planning.experiment import Experiment, next_experiment
 from corexy_fmi.engine.telling import classes, document
 from corexy_fmi.engine.telling.exhibit import exhibit
@@ -99,7 +99,7 @@ def diagnose(
         competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
         tell("asking every place for a law", 0.83)
         found = sites(competition, mapper)
-        competition = with_spot(competition, found, mapper)
+        competition = with_times(with_spot(competition, found, mapper), found, mapper)
         tell("asking what the winner leaves", 0.85)
         rest = beside(competition, mapper)
         competition = with_smooth_law(within_family(with_finer(competition, rest)))

@@ -79,10 +79,12 @@ def gain_sentence(document: Document) -> tuple[str, ...]:
             "On data kept out of the fit what is missing is too small beside the noise "
             f"({noise}) to show in an rms.",
         )
-    return (
-        f"On data kept out of the fit the mismatch falls from {before} to {after}; "
-        f"noise alone is {noise}.",
-    )
+    change = f"falls from {before} to {after}"
+    if before == after:
+        change = f"stays at {before}"
+    elif held["rms_explained"] > held["rms_retuned"]:
+        change = f"grows from {before} to {after}"
+    return (f"On data kept out of the fit the mismatch {change}; noise alone is {noise}.",)
 
 
 def next_experiment(document: Document) -> tuple[Action, ...]:

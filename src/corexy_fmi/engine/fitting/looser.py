@@ -13,10 +13,18 @@ from dataclasses import replace
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.rough import softened
 
 LOOSE = 3.0  # times as wide as the machine file's priors
 ROUNDS = 10  # iterations at most: it begins at the winner
+
+
+def loose(problem: Problem, times: float = LOOSE) -> Problem:
+    """The same problem under priors that are so many times as wide."""
+    machine = problem.machine
+    wide = replace(machine, rel_std={k: times * std for k, std in machine.rel_std.items()})
+    return replace(problem, machine=wide)
 
 
 def loosened(fit: Fit) -> Fit | None:
@@ -25,9 +33,7 @@ def loosened(fit: Fit) -> Fit | None:
     """
     if not fit.problem.hypothesis.uses:
         return None
-    machine = fit.problem.machine
-    wide = replace(machine, rel_std={k: LOOSE * std for k, std in machine.rel_std.items()})
-    found = minimise(replace(fit.problem, machine=wide), fit.u, ROUNDS)
+    found = minimise(loose(fit.problem), fit.u, ROUNDS)
     if not np.isfinite(found.cost):
         return None
     return found if fit.slopes is None else softened(found)

@@ -19,7 +19,7 @@ from corexy_fmi.engine.fitting.noise import Noise, difference_noise, estimate, f
 from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
-ROWS, FEWEST = 200, 8.0  # samples, and independent ones, that tell a standard deviation
+ROWS, FEWEST = 60, 8.0  # samples, and independent ones, that tell a standard deviation
 LOUDER = 1.5  # ratio of standard deviations, in motion to at rest, that noise does not have
 APART = 1.15  # the same of two recordings, of their noise or of what is new in each sample
 COARSE = 1.0  # of a sensor's step, below which errors are coloured by how the motion meets it

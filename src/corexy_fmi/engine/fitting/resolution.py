@@ -16,6 +16,8 @@ from corexy_fmi.engine.fitting.noise import least_step
 from corexy_fmi.kernel.call import Array
 
 ROOM = 1.1  # of a step over sqrt(12), up to which errors are no more than rounding
+STANDS = 1.3  # the same where all are within `WHOLE_RANGE`: an axis that stands errs alike for long
+WHOLE_RANGE = 1.3  # of a step
 WHOLE = 0.01  # of a step, by which a value may miss a whole number of them
 
 
@@ -40,8 +42,9 @@ def at_resolution(fit: Fit) -> bool:
 
 def _is_rounding(samples: Samples, errors: Array) -> bool:
     """Whether errors (m,) of a channel are no more than its rounding."""
-    rounding = least_step(samples) / np.sqrt(12)
-    return float(np.std(errors)) <= ROOM * rounding and sensor_step(samples) > 0
+    step = sensor_step(samples)
+    room = STANDS if float(np.ptp(errors)) <= WHOLE_RANGE * step else ROOM
+    return step > 0 and float(np.std(errors)) <= room * step / np.sqrt(12)
 
 
 def told(retuned: Fit) -> list[Finding]:

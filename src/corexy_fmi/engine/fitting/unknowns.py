@@ -27,7 +27,8 @@ STIFFNESS = (
 SMOOTHING, AT_PULLEYS = NUMERICS  # nuisances, always free (ENGINE 3.2, row 1)
 SMOOTH_SPEED, OTHER = 2e-4, 1.5  # [m/s] scale of one; log of the other's
 REACH = 6.0  # a nominal parameter stays within this factor of the machine file
-WITHIN = 0.02  # share by which what is held may be off: a radius is not known any better
+WITHIN = 0.01  # share by which what is held may be off: a radius is not known any better
+WAVES = 2.0  # that the longest run covers of any: one alone is a slow drift
 ANY_EXTENT = {"1": math.inf, "Hz": math.inf}  # turns of a motor, seconds
 COLLINEAR = {"pulley_mass": ("bridge_mass", 4)}  # held: four of it act as that does, in M (eq. 4)
 
@@ -197,7 +198,7 @@ def effect_unknowns(
     """The parameters that one effect at one location has with a drive.
 
     What belongs to one recording is there once for each of ``runs``, as ``key@run``.  ``extent``:
-    what the runs cover, by the unit of a count of waves; less than one wave is no wave.
+    what the runs cover, by the unit of a count of waves; less than two waves are no wave.
     """
     found = []
     for k, p in enumerate(instance.effect.parameters):
@@ -205,7 +206,7 @@ def effect_unknowns(
             one = _effect_unknown(instance, k, p)
             if one.wave and p.unit in extent:
                 low, high = one.bounds
-                one = replace(one, bounds=(min(max(low, 1 / extent[p.unit]), high), high))
+                one = replace(one, bounds=(min(max(low, WAVES / extent[p.unit]), high), high))
             each = [replace(one, key=f"{one.key}@{name}", run=r) for r, name in enumerate(runs)]
             found += each if p.local else [one]
     return found

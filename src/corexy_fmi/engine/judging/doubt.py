@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from corexy_fmi.engine.judging.verdict import HALF, Verdict
+from corexy_fmi.engine.judging.prove import Proof
+from corexy_fmi.engine.judging.verdict import HALF, Verdict, excess_removed
 from corexy_fmi.engine.naming.entries import FAMILY, THRESHOLD, Competition, Entry
 from corexy_fmi.engine.naming.specification import LEAST, Leftover
 from corexy_fmi.engine.places.site import Site, elsewhere, remaining
+
+LOUD, MOST = 1.3, 0.9  # rms over noise of data kept back; share of the excess that is gone
 
 
 def incomplete(verdict: Verdict, told: str, left: Leftover | None = None) -> Verdict:
@@ -21,6 +24,18 @@ def incomplete(verdict: Verdict, told: str, left: Leftover | None = None) -> Ver
     """
     beside = f"beside {verdict.entry.hypothesis.label}, " if verdict.entry else ""
     return Verdict("unexplained", None, reason=beside + told, refuted=verdict.entry, left=left)
+
+
+def still_loud(verdict: Verdict, proof: Proof) -> Verdict:
+    """A cause that leaves far more than noise of the data kept back is not the whole of it, unless
+    next to all that was above the noise is gone: of much, a form that is not quite its own leaves
+    more than noise.
+    """
+    before, after = (proof.pooled(state, "holdout") for state in ("retuned", "explained"))
+    if verdict.word != "explained" or not after > LOUD or excess_removed(before, after, 1.0) > MOST:
+        return verdict
+    told = f"the mismatch of the data kept back is still {after:.1f} times the noise"
+    return incomplete(verdict, told)
 
 
 def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:

@@ -14,7 +14,14 @@ from corexy_fmi.engine.fitting.louder import loudest
 from corexy_fmi.engine.fitting.quiet import LOUDER
 from corexy_fmi.engine.fitting.resolution import at_resolution
 from corexy_fmi.engine.judging.axes import uneven
-from corexy_fmi.engine.judging.doubt import incomplete, misplaced, unfinished, with_curve
+from corexy_fmi.engine.judging.doubt import (
+    incomplete,
+    misplaced,
+    still_loud,
+    unfinished,
+    with_curve,
+)
+from corexy_fmi.engine.judging.further_off import beside_retuned
 from corexy_fmi.engine.judging.local import is_local, last_parts
 from corexy_fmi.engine.judging.model import tuned_machine
 from corexy_fmi.engine.judging.predict import carried
@@ -27,6 +34,7 @@ from corexy_fmi.engine.judging.verdict import Verdict, decide, harmless
 from corexy_fmi.engine.naming.entries import Competition, form_floor
 from corexy_fmi.engine.naming.smooth import as_told
 from corexy_fmi.engine.naming.specification import Leftover, leftover
+from corexy_fmi.engine.naming.whole import broken
 from corexy_fmi.engine.places.site import Site
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -58,6 +66,7 @@ def judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept, whole)
+    verdict = beside_retuned(verdict, competition)
     guarded = _guarded(proof, weak, verdict, competition.retuned, fit, sites, beside)
     guarded = replace(guarded, sites=tuple(sites))
     if _final(competition, guarded) is not fit:
@@ -169,6 +178,9 @@ def _guarded(
         return replace(verdict, stands=left)
     if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
         return incomplete(verdict, f"the {left.cause} still explains part of it", left)
+    if verdict.word != "unexplained" and (count := broken(fit)):
+        return incomplete(verdict, f"which would have to be {count}")
+    verdict = still_loud(verdict, proof)
     waves = unsteady(fit)
     if verdict.word != "unexplained" and waves.matters(winner):
         return incomplete(verdict, f"{waves.cause} changes from part to part")

@@ -31,6 +31,7 @@ from corexy_fmi.machine.laws import AXES
 
 LADDER = np.logspace(2.0, -5.0, 8)  # weights of bending, in units of the data's own
 BEYOND = 1.05  # times the last knot of a speed, from which on a faster one gets its own
+TIED = 3.0  # [nats] within which a force and a friction explain alike
 OTHER = {"vx": "vy", "vy": "vx", "x": "y", "y": "x"}  # what a law of the other axis depends on
 
 
@@ -46,8 +47,21 @@ def as_told(entry: Entry) -> Entry:
     """A free-form law along both axes where that pays, and smooth; what it gains, by which it won,
     stays as it was.
     """
-    fit = softened(smoothed(along_both(with_own_times(entry.fit))))
+    fit = softened(smoothed(along_both(with_own_times(commoner(entry.fit)))))
     return replace(entry, hypothesis=fit.problem.hypothesis, fit=fit)
+
+
+def commoner(fit: Fit) -> Fit:
+    """A force by an axis' own place as a friction, where that explains as much; any other fit as it
+    is.  Places that were passed one way alone show no difference, and a rail that is tight
+    somewhere is commoner than what pulls there.
+    """
+    law = fit.problem.hypothesis.law
+    if law is None or law.acts != "force" or law.argument != law.location:
+        return fit
+    like, values = replace(law, acts="friction"), law_values(fit)
+    friction = min((with_laws(fit, [like], [s * values]) for s in (-1.0, 1.0)), key=rank)
+    return friction if rank(friction) < rank(fit) + TIED else fit
 
 
 def along_both(fit: Fit) -> Fit:

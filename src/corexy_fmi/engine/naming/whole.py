@@ -20,6 +20,7 @@ from corexy_fmi.engine.naming.search import CLOSE, rank
 
 AGAIN = 8  # iterations of a fit with its counts held
 CLEAR = 0.25  # from a whole number up to which only that one is tried
+SLIGHT, AT_END = 0.05, 0.98  # [steps] of room that tells nothing; share of it that is its end
 MOST = 8  # sets of counts that are tried
 
 
@@ -62,6 +63,17 @@ def _counts(fit: Fit) -> dict[str, float]:
 
 def _near(value: float) -> bool:
     return abs(value - round(value)) <= WITHIN * abs(round(value))
+
+
+def broken(fit: Fit) -> str:
+    """Words for a count that ended where it is farthest from a whole number that it may be, and
+    surely would go on; empty where none did.  Of few steps so little is within what a fit ends by.
+    """
+    for value in _counts(fit).values():
+        room = WITHIN * abs(round(value))
+        if room > SLIGHT and abs(value - round(value)) > AT_END * room:
+            return f"{abs(value):.2f} steps, where no whole number of them fits"
+    return ""
 
 
 def _beside(found: dict[str, float]) -> list[dict[str, int]]:

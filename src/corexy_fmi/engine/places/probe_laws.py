@@ -125,7 +125,9 @@ def of_axis(runs: list[Motion], axis: str, heard: tuple[float, ...]) -> Iterator
     yield "position", "a spring", places
     spots = _range(places, FINE)
     for spot, hat in zip(spots, _hats(places, spots), strict=True):
-        yield "position", f"{axis} near {1e3 * spot:.0f} mm", hat
+        near = f"{axis} near {1e3 * spot:.0f} mm"
+        yield "position", near, hat
+        yield "position", f"friction at {near}", [h * d for h, d in zip(hat, turns, strict=True)]
     for width in PLAYS:
         yield "velocity_reversal", "way since the last turn", [play(p, width) for p in places]
     for word, pulls in _pulls(runs, axis):

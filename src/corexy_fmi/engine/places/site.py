@@ -39,13 +39,14 @@ AGAIN = 6  # iterations of the retuned machine under another noise
 @dataclass(frozen=True)
 class Site:
     """A place (CONTRACT 5), what its probes gain [nats] over the retuned machine, the state and
-    word of the best of them, and the place's probability among all.
+    word of the best of them, the states of all, and the place's probability among all places.
     """
 
     location: str
     gain: float
     state: str = ""
     word: str = ""
+    states: tuple[str, ...] = ()
     probability: float = 0.0
 
 
@@ -107,7 +108,7 @@ def _paying(
         explained = partial(explain, view=view, price=price, nothing=nothing, rounds=rounds)
         for name, choice in of_places(kind, view, explained, mapper).items():
             found[name] = max(choice, found.get(name, choice), key=lambda c: c.gain)
-    return _probable([_site(n, c) for n, c in shared(found).items() if c.taken])
+    return _probable([_site(n, c) for n, c in shared(found).items() if c.gain > 0])
 
 
 def _settled(view: View) -> View:
@@ -144,7 +145,8 @@ def shared(found: dict[str, Choice]) -> dict[str, Choice]:
 
 def _site(name: str, choice: Choice) -> Site:
     first = choice.taken[0]
-    return Site(name, choice.gain, first.state, first.word)
+    states = tuple(probe.state for probe in choice.taken)
+    return Site(name, choice.gain, first.state, first.word, states)
 
 
 def _probable(found: list[Site]) -> list[Site]:

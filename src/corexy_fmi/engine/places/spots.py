@@ -26,6 +26,7 @@ from corexy_fmi.engine.naming.entries import (
     entry_of,
     ranked,
 )
+from corexy_fmi.engine.naming.own_times import with_own_times
 from corexy_fmi.engine.naming.screen import screen
 from corexy_fmi.engine.naming.search import long_fit
 from corexy_fmi.engine.naming.specification import leftover
@@ -42,7 +43,7 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
     """
     first = next(iter(found), None)
     least = max([0.0, *(e.gain for e in competition.entries)]) + THRESHOLD
-    if first is None or first.state != "position" or first.gain <= least:
+    if first is None or "position" not in first.states or first.gain <= least:
         return competition
     base = competition.retuned
     wide = [law for law in laws(base.problem, base.u) if law.location == law.argument]
@@ -52,6 +53,31 @@ def with_spot(competition: Competition, found: Sequence[Site], mapper: Mapper) -
         return competition
     entry = best_law(base, tried, mapper)
     if entry.gain <= least:
+        return competition
+    return ranked(base, catalogue_first([entry, *competition.entries]))
+
+
+def with_times(competition: Competition, found: Sequence[Site], mapper: Mapper) -> Competition:
+    """The competition with a law over time that has an onset in each recording, where a law of
+    something else leads, and a place on an axis that time is said of explains about as much: one
+    time for all hides what began at another in each.
+    """
+    first, best = next(iter(found), None), competition.best
+    law = best.hypothesis.law if best else None
+    if first is None or best is None or law is None or law.argument == "t":
+        return competition
+    if "time" not in first.states or first.gain < NEAR * best.gain:
+        return competition
+    base, here = competition.retuned, parts(first.location)
+    tried = [
+        Hypothesis(law=own)
+        for own in laws(base.problem, base.u)
+        if own.argument == "t" and own.location in here
+    ]
+    if not tried:
+        return competition
+    entry = entry_of(base, settle(with_own_times(best_law(base, tried, mapper).fit)))
+    if entry.gain <= best.gain + THRESHOLD:
         return competition
     return ranked(base, catalogue_first([entry, *competition.entries]))
 
