@@ -10,6 +10,7 @@ import typer
 
 from corexy_fmi.bundled import bundled_folder
 from corexy_fmi.commands.diagnose import read_all, write_diagnosis
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
 from corexy_fmi.commands.screen import ASSUMED, existing_folder_or_none, label, progress, say
 from corexy_fmi.commands.verdict import show_verdict
@@ -38,6 +39,8 @@ def demo(
     corexy demo --out demo
     """
     cases = bundled_cases()
+    for case in cases:
+        keep_apart([out / case.name / name for name in RESULT_FILES], case.iterdir())
     machine = load_machine(ASSUMED)
     label(machine)
     run_rectangles(machine, out)

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.screen import (
     EffectsOption,
     JobsOption,
@@ -96,6 +97,8 @@ def diagnose(
         print(SLOW, file=sys.stderr)
     trains, holdouts = read_all(train, holdout or [])
     chosen = chosen_machine(machine, effects, [*trains, *holdouts])
+    results = [out / name for name in RESULT_FILES]
+    keep_apart(results, [*train, *(holdout or []), effects], machine)
     with progress() as move, write_folder(out, RESULT_FILES) as folder:
         document = write_diagnosis(
             folder,

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from corexy_fmi.commands.fleet_task import diagnose_parcel
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.screen import (
     DaskOption,
     JobsOption,
@@ -27,6 +28,7 @@ from corexy_fmi.commands.screen import (
 from corexy_fmi.commands.sweep import NOT_ONE
 from corexy_fmi.commands.verdict import COLOURS
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import RESULT_FILES
 from corexy_fmi.fleet.cases import find_machines
 from corexy_fmi.fleet.run import Told, diagnose_fleet
 from corexy_fmi.fleet.store import Store
@@ -68,6 +70,8 @@ def fleet(
     machines, store = find_machines(folder), Store(existing_folder_or_none(out or folder))
     if machine is not None:
         load_machine(machine)
+        results = [store.place(path.name) / n for path in machines for n in RESULT_FILES]
+        keep_apart(results, [], machine)
     with workers(jobs or cores(), dask) as (executor, ahead), _bar(len(machines)) as move:
         rows = diagnose_fleet(machines, machine, store, diagnose_parcel, executor, ahead, move)
     if as_json:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
@@ -47,6 +48,7 @@ def mat(
     "controller: pd kp=20 kd=0.1" --about "motors: 1" --machine axis.toml --out run.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file], machine)
     radius = chosen.parameters["pulley_radius"]
     _keep(import_columns(file, columns or [], _told(about), radius), chosen, out)
 
@@ -87,6 +89,7 @@ def csv(
     "phi1=m1[steps/16]" --map "phi2=m2[steps/16]" --map time=stamp --map "x=px[mm]" --out run.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file, commands, measured], machine)
     told, entries = _told(about), columns or []
     if file is not None and commands is None and measured is None and not align:
         radius = chosen.parameters["pulley_radius"]

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.gcode import read_gcode
@@ -54,6 +55,7 @@ def pulses(
     corexy simulate full.csv --plant fmu --machine gt2_printer --out response.csv
     """
     chosen, driver = load_machine(machine), Driver(microsteps, steps)
+    keep_apart([out], [path], machine)
     origin = point(centre, "centre")
     order = _order(path, chosen, origin, speed, accel)
     made = pulsed(order, chosen, driver)

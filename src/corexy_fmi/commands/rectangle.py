@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.plants import Plant, run
 from corexy_fmi.commands.pulses import pulsed
 from corexy_fmi.commands.screen import (
@@ -74,6 +75,7 @@ def rectangle(
     """
     own = own_effects(effects)
     chosen = load_machine(machine, own)
+    keep_apart([out, plot], [effects], machine)
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
     if microsteps is not None:

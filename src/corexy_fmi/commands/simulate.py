@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from corexy_fmi.commands.places import keep_apart
 from corexy_fmi.commands.plants import Plant, run
 from corexy_fmi.commands.screen import EffectsOption, assumed_machine, label, provenance, say
 from corexy_fmi.effects import own_effects
@@ -43,6 +44,7 @@ def simulate(
     own = own_effects(effects)
     chosen = load_machine(assumed_machine([given]) if machine is None else machine, own)
     check_drive(given, chosen)
+    keep_apart([out], [recording, effects], machine)
     response = run(plant, chosen, given, own)
     loop = {key: text for key, text in given.metadata.items() if key in CARRIED}
     channels = {name: response[name] for name in _columns(response.channels)}

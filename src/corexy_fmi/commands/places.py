@@ -1,0 +1,34 @@
+"""Where commands write: never over what they read, and no two outputs into one file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from corexy_fmi.errors import InputError
+from corexy_fmi.machine import machine_path
+
+
+def keep_apart(
+    outputs: Iterable[Path | None], inputs: Iterable[Path | None], machine: str | None = None
+) -> None:
+    """Let a call neither write nor remove what it reads, ``machine``'s file too, whatever links.
+
+    Raises InputError for that, and for two outputs into one file, before any work.
+    """
+    read = [path for path in inputs if path is not None]
+    read += [] if machine is None else [machine_path(machine)]
+    written: list[Path] = []
+    for out in (path for path in outputs if path is not None):
+        if any(path.is_file() and _same(out, path) for path in read):
+            raise InputError(f"{out}: is read by this command, expected another place to write")
+        if any(_same(out, path) for path in written):
+            raise InputError(f"{out}: is to be written twice, expected a place for each")
+        written.append(out)
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether two paths are one file."""
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()
