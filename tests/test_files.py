@@ -19,17 +19,25 @@ def stop_after(path, error):
 def test_an_interrupted_file_leaves_nothing(tmp_path, error):
     path = tmp_path / "result.csv"
     path.write_text("old")
-    with pytest.raises(error), write_beside(path) as beside:
-        stop_after(beside, error)
+    for place in (path, tmp_path / "a" / "b" / "c"):
+        with pytest.raises(error), write_beside(place) as beside:
+            stop_after(beside, error)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-def test_an_interrupted_folder_leaves_nothing(tmp_path, error):
-    with pytest.raises(error), write_folder(tmp_path / "result") as folder:
+@pytest.mark.parametrize("place", ["result", "a/b/result"])
+def test_an_interrupted_folder_leaves_nothing(tmp_path, error, place):
+    with pytest.raises(error), write_folder(tmp_path / place) as folder:
         stop_after(folder / "a", error)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_made_on_the_way_stays_where_others_use_it(tmp_path):
+    with pytest.raises(KeyError), write_beside(tmp_path / "a" / "b" / "c"):
+        stop_after(tmp_path / "a" / "others", KeyError)
+    assert [path.name for path in (tmp_path / "a").iterdir()] == ["others"]
 
 
 def test_a_folder_keeps_what_else_it_holds(tmp_path):
@@ -128,6 +136,9 @@ def test_a_folder_is_one_runs_alone(tmp_path):
             pass
         assert str(told.value).startswith(f"{place}: ")
         (place / "row").write_text("done")
+    with pytest.raises(KeyError), alone_in(tmp_path / "empty" / "out"):
+        raise KeyError
+    assert not (tmp_path / "empty").exists()
     with alone_in(place):
         pass
     assert [path.name for path in place.iterdir()] == ["row"]

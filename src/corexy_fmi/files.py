@@ -8,7 +8,7 @@ import secrets
 import shutil
 import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -34,9 +34,8 @@ def write_beside(path: Path) -> Iterator[Path]:
             yield whole
         return
     beside = _beside(place if path.name else path)
-    with _told(path, place, beside):
+    with _told(path, place, beside), _made(place.parent):
         try:
-            place.parent.mkdir(parents=True, exist_ok=True)
             yield beside
             if place.is_file():
                 shutil.copymode(place, beside)
@@ -67,9 +66,9 @@ def write_folder(folder: Path, replacing: Collection[str] = ()) -> Iterator[Path
     """
     place = Path(os.path.realpath(folder))
     beside = _beside(place)
-    with _told(folder, place, beside):
+    with _told(folder, place, beside), _made(place.parent):
         try:
-            beside.mkdir(parents=True)
+            beside.mkdir()
             yield beside
             place.mkdir(exist_ok=True)
             fresh = sorted(beside.iterdir())
@@ -87,19 +86,20 @@ def alone_in(folder: Path) -> Iterator[None]:
 
     Raises InputError where another run holds it, or where it cannot be written.
     """
-    with _told(folder / LOCK, folder.absolute(), folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / LOCK, timeout=0)
+    with ExitStack() as stack:
+        with _told(folder / LOCK, folder.absolute(), folder):
+            stack.enter_context(_made(folder))
+            lock = FileLock(folder / LOCK, timeout=0)
+            try:
+                lock.acquire()
+            except Timeout:
+                raise InputError(f"{folder}: another run is at work in it, expected one") from None
         try:
-            lock.acquire()
-        except Timeout:
-            raise InputError(f"{folder}: another run is at work in it, expected one") from None
-    try:
-        yield
-    finally:
-        with suppress(OSError):  # Windows: while it is open
-            (folder / LOCK).unlink()
-        lock.release()
+            yield
+        finally:
+            with suppress(OSError):  # Windows: while it is open
+                (folder / LOCK).unlink()
+            lock.release()
 
 
 def _beside(path: Path) -> Path:
@@ -107,6 +107,20 @@ def _beside(path: Path) -> Path:
     if not path.name:
         raise InputError(f"{path}: has no name, expected a file or a folder to write")
     return path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """A folder that is there; those made for it go again where what follows fails."""
+    fresh = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for path in fresh:
+            with suppress(OSError):  # somebody put something into it
+                path.rmdir()
+        raise
 
 
 @contextmanager

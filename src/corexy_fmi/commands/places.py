@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -20,7 +21,7 @@ def keep_apart(
     read += [] if machine is None else [machine_path(machine)]
     written: list[Path] = []
     for out in (path for path in outputs if path is not None):
-        if any(path.is_file() and _same(out, path) for path in read):
+        if any(os.path.isfile(path) and _same(out, path) for path in read):
             raise InputError(f"{out}: is read by this command, expected another place to write")
         if any(_same(out, path) for path in written):
             raise InputError(f"{out}: is to be written twice, expected a place for each")
@@ -29,6 +30,6 @@ def keep_apart(
 
 def _same(one: Path, other: Path) -> bool:
     """Whether two paths are one file."""
-    if one.exists() and other.exists():
+    if os.path.exists(one) and os.path.exists(other):
         return one.samefile(other)
-    return one.resolve() == other.resolve()
+    return os.path.realpath(one) == os.path.realpath(other)
