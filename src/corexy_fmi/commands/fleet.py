@@ -89,7 +89,9 @@ def _bar(count: int) -> Iterator[Told]:
     """A bar on stderr that also tells each machine's verdict as it comes."""
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("machines"), TimeElapsedColumn())
     screen = console(stderr=True)
-    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as bar:
+    with Progress(
+        *columns, console=screen, transient=True, disable=not screen.is_interactive
+    ) as bar:
         task = bar.add_task("machines", total=count)
 
         def move(row: Row, found: bool) -> None:

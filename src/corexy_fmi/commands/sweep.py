@@ -144,7 +144,7 @@ def _bar(sets: int, done: int) -> Iterator[Callable[[int], None]]:
         console=screen,
         transient=True,
         speed_estimate_period=60,
-        disable=not screen.is_terminal,
+        disable=not screen.is_interactive,
     ) as bar:
         task = bar.add_task("sets", total=sets, completed=done)
         yield lambda more: bar.advance(task, more)
