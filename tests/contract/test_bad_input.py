@@ -163,6 +163,11 @@ BAD = {
     "no speed": ((*RECTANGLE, "--speed", "0"), "speed: found 0.0, expected a positive"),
     "no acceleration": ((*RECTANGLE, "--accel", "0"), "acceleration: found 0.0, expected"),
     "no loops": ((*RECTANGLE, "--loops", "0"), "loops: found 0, expected at least 1"),
+    "loops without end": ((*RECTANGLE, "--loops", "1000000000"), "loops: found 1000000000 of 1."),
+    "loops of no time": (
+        (*RECTANGLE, "--loops", "90000000", "--speed", "1e9"),
+        "expected at most 1e+08 rows",
+    ),
     "figure's ending": ((*RECTANGLE, "--plot", "run.doc"), "unknown ending '.doc', expected .png"),
     "place of a file": (
         ("rectangle", *SMALL, "--plant", "model", "--out", "good.csv/o.csv"),
