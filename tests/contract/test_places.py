@@ -44,3 +44,23 @@ def test_what_a_command_reads_is_not_written(corexy, tmp_path, words):
     assert "place" in done.stderr.partition("expected ")[2]
     assert done.stderr.count("\n") == 1
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+NAMELESS = {
+    "build": (), "demo": (), "rectangle": SMALL, "simulate": ("run.csv",),
+    "diagnose": ("run.csv",), "fleet": (".",), "pulses": ("run.csv",), "import csv": ("run.csv",),
+    "import mat": ("run.mat",), "import klipper": ("raw.csv",), "import resonance": ("raw.csv",),
+    "import motan": ("raw.json",), "machine new": (), "reproduce fig3": (), "sweep": SMALL[:6],
+    "plan": ("--machine", "yin2018", "--noise", "1e-5"), "hil run": ("run.csv", "--port", "none"),
+    "hil rectangle": (*SMALL[:6], "--port", "none"),
+    "hil diagnose": ("--port", "none", "--tracker", "none"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "words"), NAMELESS.items(), ids=NAMELESS)
+def test_a_place_without_a_name_is_none(corexy, tmp_path, name, words):
+    done = corexy(*name.split(), *words, "--out", "")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "'--out': found no name, expected a place to write" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

@@ -10,9 +10,9 @@ import typer
 
 from corexy_fmi.bundled import bundled_folder
 from corexy_fmi.commands.diagnose import read_all, write_diagnosis
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
-from corexy_fmi.commands.screen import ASSUMED, existing_folder_or_none, label, progress, say
+from corexy_fmi.commands.screen import ASSUMED, label, progress, say
 from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.corners import corner_table
 from corexy_fmi.errors import InputError
@@ -29,7 +29,7 @@ SIZE = (0.06, 0.04)  # [m]
 def demo(
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for results.", parser=folder_place),
     ] = Path("out/demo"),
 ) -> None:
     """Build the FMU, drive the rectangle runs with fmpy, diagnose the bundled recordings.

@@ -15,14 +15,13 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.screen import (
     EffectsOption,
     JobsOption,
     JsonOption,
     assumed_machine,
     cores,
-    existing_folder_or_none,
     label,
     progress,
     say,
@@ -66,7 +65,7 @@ def diagnose(
     train: Annotated[list[Path], typer.Argument(metavar="TRAIN.csv...", help="Recordings.")],
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for results.", parser=folder_place),
     ],
     holdout: Annotated[
         list[Path] | None,

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from corexy_fmi.commands.fleet_task import diagnose_parcel
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.screen import (
     DaskOption,
     JobsOption,
@@ -21,7 +21,6 @@ from corexy_fmi.commands.screen import (
     cells,
     console,
     cores,
-    existing_folder_or_none,
     say,
     say_json,
 )
@@ -42,7 +41,7 @@ def fleet(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A subfolder for each machine.")],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="For results; else FOLDER."),
+        typer.Option(metavar="DIR", help="For results; else FOLDER.", parser=folder_place),
     ] = None,
     machine: Annotated[
         str | None, typer.Option(metavar="FILE", help="Where a subfolder has no machine.toml.")
@@ -67,7 +66,7 @@ def fleet(
 
     if dask is not None and jobs is not None:
         raise InputError(NOT_ONE)
-    machines, store = find_machines(folder), Store(existing_folder_or_none(out or folder))
+    machines, store = find_machines(folder), Store(folder_place(out or folder))
     if machine is not None:
         load_machine(machine)
         results = [store.place(path.name) / n for path in machines for n in RESULT_FILES]

@@ -31,12 +31,11 @@ from corexy_fmi.commands.hil_options import (
     TrackerOption,
 )
 from corexy_fmi.commands.hil_run import Dialect, Setup, execute, open_bench
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
 from corexy_fmi.commands.screen import (
     ASSUMED,
     MachineOption,
-    existing_folder_or_none,
     label,
     say,
 )
@@ -181,7 +180,7 @@ def diagnose(
     tracker: Annotated[str, typer.Option(metavar="PORT", help="Lines 't x y': port or udp://.")],
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for results.", parser=folder_place),
     ],
     machine: MachineOption = ASSUMED,
     arm: ArmOption = False,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
@@ -25,7 +25,9 @@ AboutOption = Annotated[
     list[str] | None,
     typer.Option("--about", metavar="KEY:VALUE", help="A line of metadata; repeat."),
 ]
-OutOption = Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")]
+OutOption = Annotated[
+    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
+]
 
 
 def mat(

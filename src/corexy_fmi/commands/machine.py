@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.screen import cells, console, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_beside
@@ -50,7 +50,10 @@ def machines() -> None:
 
 @app.command("new")
 def new(
-    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="Where the machine file goes.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="FILE.toml", help="Where the machine file goes.", parser=file_place),
+    ],
     from_: Annotated[
         Path | None, typer.Option("--from", metavar="printer.cfg", help="Klipper's configuration.")
     ] = None,

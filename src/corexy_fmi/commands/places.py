@@ -6,8 +6,25 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+import typer
+
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import machine_path
+
+
+def file_place(text: str | Path) -> Path:
+    """The place of a file; refuses an empty text, which would be the current folder."""
+    if not str(text):
+        raise typer.BadParameter("found no name, expected a place to write")
+    return Path(text)
+
+
+def folder_place(text: str | Path) -> Path:
+    """A place for results; refuses early what is a file, and an empty text."""
+    place = file_place(text)
+    if os.path.exists(place) and not place.is_dir():
+        raise typer.BadParameter(f"{place} is a file, expected a folder")
+    return place
 
 
 def keep_apart(

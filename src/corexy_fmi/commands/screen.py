@@ -97,13 +97,6 @@ def progress() -> Iterator[Callable[[str, float], None]]:
         yield move
 
 
-def existing_folder_or_none(path: Path) -> Path:
-    """A place for results; refuses early what is a file."""
-    if path.exists() and not path.is_dir():
-        raise typer.BadParameter(f"{path} is a file, expected a folder")
-    return path
-
-
 def point(text: str, what: str) -> tuple[float, float]:
     """A place [m] out of an option's text; raises InputError for what is not two finite numbers."""
     try:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.places import keep_apart
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.plants import Plant, run
 from corexy_fmi.commands.screen import EffectsOption, assumed_machine, label, provenance, say
 from corexy_fmi.effects import own_effects
@@ -22,7 +22,9 @@ RESPONSE = ("x", "y", "vx", "vy", "ax", "ay", "phi1_meas", "phi2_meas")
 
 def simulate(
     recording: Annotated[Path, typer.Argument(metavar="RECORDING.csv", help="Inputs to replay.")],
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the response goes.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.csv", help="Where the response goes.", parser=file_place)
+    ],
     machine: Annotated[
         str | None, typer.Option(metavar="FILE", help="Machine file or name; else yin2018.")
     ] = None,
