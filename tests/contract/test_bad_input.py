@@ -121,6 +121,10 @@ BAD = {
         ("import", "csv", "good.csv", "--about", "controller: foo", "--out", "o.csv"),
         "o.csv, metadata controller: found 'foo'",
     ),
+    "two loops of a table": (
+        ("import", "csv", "good.csv", "--about", "a: 1", "--about", "a : 2", "--out", "o.csv"),
+        "about: 'a' twice, expected once",
+    ),
     "clock of a table": (
         ("import", "csv", "good.csv", "--about", "clock: wob", "--out", "o.csv"),
         "o.csv, metadata clock: found 'wob'",

@@ -146,7 +146,12 @@ def _keep(recording: Recording, machine: Machine, out: Path) -> None:
 
 def _told(lines: list[str] | None) -> dict[str, str]:
     """Metadata by key."""
-    return dict(_about(line) for line in lines or [])
+    told: dict[str, str] = {}
+    for key, value in map(_about, lines or []):
+        if key in told:
+            raise InputError(f"about: {key!r} twice, expected once")
+        told[key] = value
+    return told
 
 
 def _about(line: str) -> tuple[str, str]:
