@@ -162,6 +162,13 @@ def test_one_effect_on_the_screen(corexy_process):
         assert word in shown
 
 
+def test_units_that_differ_by_place_are_told(corexy):
+    shown = corexy("effects", "periodic_disturbance")
+    assert "N or N m" in shown.stdout
+    one = json.loads(corexy("effects", "periodic_disturbance", "--json").stdout)
+    assert one["parameters"][0]["unit"] == "N or N m"
+
+
 @pytest.mark.parametrize("flavour", ["native", "python"])
 def test_build(corexy_process, tmp_path, flavour):
     done = corexy_process("build", "--flavour", flavour, "--out", "built", timeout=300)
