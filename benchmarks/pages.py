@@ -104,7 +104,7 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 def _parameter(p: Parameter) -> tuple[str, ...]:
     default = "must be given" if p.default is None else f"{p.default:g}"
     numbers = (f"{value:g}" for value in (p.neutral, p.lower, p.upper))
-    return f"`{p.name}`", p.unit, *numbers, default, p.meaning
+    return f"`{p.name}`", p.unit_anywhere, *numbers, default, p.meaning
 
 
 def section(effect: Effect, shown: Signature) -> list[str]:

@@ -1,5 +1,7 @@
 """Outputs are whole or absent."""
 
+import os
+import threading
 from pathlib import Path
 
 import pytest
@@ -17,17 +19,25 @@ def stop_after(path, error):
 def test_an_interrupted_file_leaves_nothing(tmp_path, error):
     path = tmp_path / "result.csv"
     path.write_text("old")
-    with pytest.raises(error), write_beside(path) as beside:
-        stop_after(beside, error)
+    for place in (path, tmp_path / "a" / "b" / "c"):
+        with pytest.raises(error), write_beside(place) as beside:
+            stop_after(beside, error)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-def test_an_interrupted_folder_leaves_nothing(tmp_path, error):
-    with pytest.raises(error), write_folder(tmp_path / "result") as folder:
+@pytest.mark.parametrize("place", ["result", "a/b/result"])
+def test_an_interrupted_folder_leaves_nothing(tmp_path, error, place):
+    with pytest.raises(error), write_folder(tmp_path / place) as folder:
         stop_after(folder / "a", error)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_made_on_the_way_stays_where_others_use_it(tmp_path):
+    with pytest.raises(KeyError), write_beside(tmp_path / "a" / "b" / "c"):
+        stop_after(tmp_path / "a" / "others", KeyError)
+    assert [path.name for path in (tmp_path / "a").iterdir()] == ["others"]
 
 
 def test_a_folder_keeps_what_else_it_holds(tmp_path):
@@ -53,6 +63,48 @@ def test_folders_on_the_way_are_made(tmp_path):
     assert (tmp_path / "a" / "b" / "c.txt").read_text() == "whole"
 
 
+def test_a_link_stays_and_leads_to_what_is_written(tmp_path):
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "there").write_text("old")
+    for name, target in (("link", "far/there"), ("dangling", "far/new"), ("folder", "far")):
+        (tmp_path / name).symlink_to(target)
+    for name in ("link", "dangling"):
+        with write_beside(tmp_path / name) as beside:
+            beside.write_text("whole")
+    with write_folder(tmp_path / "folder") as folder:
+        (folder / "inner").write_text("whole")
+    assert all((tmp_path / name).is_symlink() for name in ("link", "dangling", "folder"))
+    assert {path.name: path.read_text() for path in (tmp_path / "far").iterdir()} == {
+        "there": "whole", "new": "whole", "inner": "whole",
+    }  # fmt: skip
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes of POSIX")
+@pytest.mark.parametrize("mode", [0o600, 0o664])
+def test_a_file_keeps_its_mode(tmp_path, mode):
+    path = tmp_path / "result.csv"
+    path.write_text("old")
+    path.chmod(mode)
+    with write_beside(path) as beside:
+        beside.write_text("new")
+    assert (path.read_text(), path.stat().st_mode & 0o777) == ("new", mode)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="FIFOs of POSIX")
+def test_a_fifo_takes_the_whole_and_stays(tmp_path):
+    path, got = tmp_path / "pipe.csv", []
+    os.mkfifo(path)
+    reader = threading.Thread(target=lambda: got.append(path.read_text()), daemon=True)
+    reader.start()
+    with write_beside(path) as beside:
+        beside.write_text("whole")
+        assert beside.read_text() == "whole"
+    reader.join(10)
+    assert got == ["whole"]
+    assert path.is_fifo()
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_this_folder_is_a_folder_and_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with write_folder(Path(".")) as folder:
@@ -64,11 +116,10 @@ def test_this_folder_is_a_folder_and_no_file(tmp_path, monkeypatch):
 
 def test_a_place_that_cannot_be_written_is_the_users_mistake(tmp_path):
     (tmp_path / "file").write_text("")
-    with (
-        pytest.raises(InputError, match="cannot be written"),
-        write_beside(tmp_path / "file" / "x"),
-    ):
-        pass
+    for way in ("file/x", "file/a/x", "file/a/b/x"):
+        for write in (write_beside, write_folder, alone_in):
+            with pytest.raises(InputError, match="cannot be written"), write(tmp_path / way):
+                pass
     with pytest.raises(InputError, match="cannot be written"), write_folder(tmp_path / "file"):
         pass
 
@@ -85,6 +136,9 @@ def test_a_folder_is_one_runs_alone(tmp_path):
             pass
         assert str(told.value).startswith(f"{place}: ")
         (place / "row").write_text("done")
+    with pytest.raises(KeyError), alone_in(tmp_path / "empty" / "out"):
+        raise KeyError
+    assert not (tmp_path / "empty").exists()
     with alone_in(place):
         pass
     assert [path.name for path in place.iterdir()] == ["row"]

@@ -75,6 +75,50 @@ def test_mistakes_are_told_in_a_line(mat, entries, told):
         import_columns(mat, entries, {}, 0.005)
 
 
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("# by hand\ntime,x\n0,1\n0.1,2\n0.05,3\n", "line 5, column time: 0.05 after 0.1"),
+        ("time,x\n0,1\n,2\n", "line 3, column time: blank"),
+        ("time,x\n", "line 2: 0 rows of numbers, expected at least 2"),
+        ("time,x\n0,1\n", "line 3: 1 rows of numbers, expected at least 2"),
+        ("time,x,x\n0,1,2\n1,1,2\n", "column 'x' stands 2 times in the header, expected once"),
+    ],
+)
+def test_mistakes_of_a_table_are_told_with_their_line(tmp_path, text, told):
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        import_columns(path, [], {}, 0.005)
+    assert told in str(caught.value)
+
+
+def test_columns_that_nobody_takes_may_stand_twice(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time,x,note,note\n0,1,2,3\n1,1,2,3\n")
+    assert list(import_columns(path, [], {}, 0.005).channels) == ["x"]
+
+
+@pytest.mark.parametrize("text", ["# by hand\ntime,x\n0,1\n1,2\n", "time,x\n0,1\n1,2\n"])
+def test_a_mark_of_byte_order_is_no_text(tmp_path, text):
+    path = tmp_path / "log.csv"
+    path.write_text(text, encoding="utf-8-sig")
+    assert import_columns(path, ["time=time", "x=x"], {}, 0.005)["x"].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (np.zeros((2, 5)), "column 'm' is a matrix of 2 x 5, expected a vector"),
+        (np.arange(5.0)[::-1], "row 2, column time: 3.0 after 4.0"),
+    ],
+)
+def test_mistakes_of_a_mat_file(tmp_path, value, told):
+    savemat(tmp_path / "run.mat", {"m": value, "x": np.arange(5.0)})
+    with pytest.raises(InputError, match=told):
+        import_columns(tmp_path / "run.mat", ["time=m", "x=x"], {}, 0.005)
+
+
 def test_a_file_that_is_no_table(tmp_path):
     wrong = tmp_path / "wrong.mat"
     wrong.write_text("not a MATLAB file at all, but long enough to be looked at" * 9)

@@ -250,6 +250,20 @@ def test_mistakes_are_refused_in_one_line(machine_file, text, said):
     assert "\n" not in line
 
 
+@pytest.mark.parametrize("letter", ["0000", "0001", "0009", "000D", "0085", "2028", "FFFE"])
+@pytest.mark.parametrize("key", ["name", "surrogate"])
+def test_letters_that_do_not_print_are_refused(machine_file, letter, key):
+    test_mistakes_are_refused_in_one_line(
+        machine_file, f'[machine]\n{key} = "a\\u{letter}b"', f"machine.{key}: found 'a\\"
+    )
+
+
+def test_letters_of_any_script_are_a_name(machine_file):
+    assert (
+        load_machine(machine_file("[machine]\nname = 'größe 大 \U0001f600 <&>'")).name[-3:] == "<&>"
+    )
+
+
 def test_unknown_machine_names_the_nearest():
     with pytest.raises(InputError, match="nearest known: yin2018"):
         load_machine("yin218")

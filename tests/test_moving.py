@@ -19,6 +19,7 @@ from kernel_helpers import LOOP, MACHINES, STEP, angles_of, excitation, run, vec
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.data.samples import GAP, make_run, split_in_time
+from corexy_fmi.engine.judging import moving
 from corexy_fmi.engine.judging.local import _as_clean
 from corexy_fmi.engine.judging.moving import begun, begun_alike, told
 from corexy_fmi.kernel.call import PUSH, Excitation, run_lanes
@@ -139,6 +140,12 @@ def test_the_user_is_told():
     runs = [found_moving(r, chosen) for r in (cut(record(chosen, rich_motion())),)]
     assert [f.text for f in told([*runs, *runs])] == [f"{runs[0].name}: begins in motion"]
     assert told([replace(r, excitation=replace(r.excitation, lead=0.0)) for r in runs]) == []
+
+
+def test_where_neither_begin_leaves_anything_it_is_at_rest(monkeypatch):
+    """A still recording without noise: nothing is divided by what a begin at rest leaves."""
+    monkeypatch.setattr(moving, "_squares", lambda *_: 0.0)
+    assert not found_moving(cut(record(machine(), rich_motion())), machine()).moving
 
 
 @pytest.mark.long

@@ -1,5 +1,5 @@
 """``python -m corexy_fmi`` is the command ``corexy``."""
 
-from corexy_fmi.cli import main
+from corexy_fmi.entry import main
 
 main()

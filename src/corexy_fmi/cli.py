@@ -24,9 +24,11 @@ from corexy_fmi.commands import (
     simulate,
     sweep,
 )
+from corexy_fmi.commands.streams import FULL, mute, open_streams, trouble
 from corexy_fmi.errors import InputError
 
-BAD_INPUT, INTERRUPTED, TERMINATED = 2, 130, 143
+NO_ROOM, BAD_INPUT, INTERRUPTED = 1, 2, 130
+SIGNALS = ("SIGTERM", "SIGHUP")  # the second when a terminal goes away; Windows has none
 
 app = typer.Typer(
     name="corexy",
@@ -55,7 +57,11 @@ app.add_typer(reproduce.app, name="reproduce")
 
 def main() -> None:
     """Run the command line and leave with its status: 0, 2 for bad input, 130 when interrupted."""
-    signal.signal(signal.SIGTERM, _terminate)
+    open_streams()
+    for name in SIGNALS:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:  # nohup
+            signal.signal(number, _terminate)
     sys.exit(run())
 
 
@@ -63,10 +69,13 @@ def run() -> int:
     """Exit status; a mistake of the user is one line on stderr."""
     try:
         status = app(prog_name="corexy", standalone_mode=False)
+        sys.stdout.flush()
     except InputError as error:
         return _say(str(error), BAD_INPUT)
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
+    except OSError as error:
+        return _surroundings(error)
     except Exception as error:
         if not hasattr(error, "format_message"):  # typer's usage errors can say what is wrong
             raise
@@ -74,6 +83,18 @@ def run() -> int:
     if status == INTERRUPTED:
         return _say("interrupted, nothing was left half-written", INTERRUPTED)
     return status if isinstance(status, int) else 0
+
+
+def _surroundings(error: OSError) -> int:
+    """Exit status where a stream or the current folder fails; raises every other error."""
+    if isinstance(error, BrokenPipeError) and error.filename is None:
+        mute()
+        return NO_ROOM
+    line = trouble(error)
+    if line is None:
+        raise error
+    mute()
+    return _say(line, NO_ROOM if error.errno in FULL else BAD_INPUT)
 
 
 def _say(line: str, status: int) -> int:
@@ -88,5 +109,5 @@ def _path(error: Exception) -> str:
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:
-    """SIGTERM unwinds the stack, so that files written beside their place are removed."""
-    raise SystemExit(TERMINATED)
+    """A signal to end unwinds the stack, so that files written beside their place are removed."""
+    raise SystemExit(128 + number)

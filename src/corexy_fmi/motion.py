@@ -18,7 +18,7 @@ from corexy_fmi.profile import Profile, constant_speed, trapezoid
 from corexy_fmi.recording.record import Recording
 from corexy_fmi.topologies import BY_EQUATION_1, COREXY
 
-MOST_ROWS = 1e8  # of a motion
+MOST_ROWS, RATE = 1e8, 1000.0  # of a motion; rows a second [Hz] where nobody says
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-9  # [s] rows nearer than this are one
@@ -132,7 +132,7 @@ def chain(*motions: Motion) -> Motion:
 
 
 def command(
-    motion: Motion, pulley_radius: float, rate: float = 1000.0, name: str = "command"
+    motion: Motion, pulley_radius: float, rate: float = RATE, name: str = "command"
 ) -> Recording:
     """Sample a motion into phi1, phi2 [rad]: rows at ``rate`` [Hz], and one at each instant."""
     time = row_times(motion, rate)

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from corexy_fmi.errors import InputError
-from corexy_fmi.motion import Motion, chain, line, rest
+from corexy_fmi.motion import MOST_ROWS, RATE, Motion, chain, line, rest
 
 REST = 0.5  # [s] at the end
+SIDE = 250  # rows that one side's motion takes as much memory as
 TURNS = ("x->y", "y->x")
 
 
@@ -19,7 +20,7 @@ TURNS = ("x->y", "y->x")
 class Rectangle:
     """A rectangle [m] driven at a speed [m/s]; without ``acceleration`` [m/s^2] at constant speed.
 
-    Raises InputError for sizes and counts that are not positive.
+    Raises InputError for sizes and counts that are not positive, and for more than memory holds.
     """
 
     width: float
@@ -35,6 +36,12 @@ class Rectangle:
                 raise InputError(f"{name}: found {value!r}, expected a positive number")
         if self.loops < 1:
             raise InputError(f"loops: found {self.loops!r}, expected at least 1")
+        way = 2 * (self.width + self.height)
+        if not self.loops * max(4 * SIDE, way / self.speed * RATE) <= MOST_ROWS:
+            raise InputError(
+                f"loops: found {self.loops!r} of {way / self.speed:g} s, expected at most "
+                f"{MOST_ROWS:g} rows"
+            )
 
     @property
     def vertices(self) -> NDArray[np.float64]:

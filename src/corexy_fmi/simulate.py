@@ -95,7 +95,7 @@ def _held(machine: Machine, recording: Recording) -> tuple[float, float] | None:
 
 
 def excitation(machine: Machine, recording: Recording) -> Excitation:
-    """What drives a recording: angles, voltages, or references with the loop of its metadata."""
+    """What drives a recording: angles, voltages, or references with its loop or the machine's."""
     check_drive(recording, machine)
     given = inputs(recording)
     if machine.kind.motors == 1:
@@ -122,7 +122,8 @@ def simulate(machine: Machine, recording: Recording, layout: Layout | None = Non
     """Replay a recording's inputs on a machine; the response has the recording's rows.
 
     Stepper machines are driven by phi1, phi2; dc machines by V1, V2, or in closed loop where the
-    recording names its controller and holds references.  ``layout`` is needed for effects that are
+    recording holds references and names its controller, or else the machine has one; V1, V2 are
+    the loop's then.  ``layout`` is needed for effects that are
     not bundled.  Rows that were lost are run, and left out of the response.
     """
     whole = with_lost_rows(recording)

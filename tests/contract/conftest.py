@@ -15,11 +15,13 @@ from pathlib import Path
 
 import pytest
 
-from corexy_fmi.cli import main
+from corexy_fmi.cli import SIGNALS, main
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.recording import Recording, write_recording
 from corexy_fmi.rectangle import Rectangle
+
+HANDLED = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
 
 
 @pytest.fixture
@@ -29,7 +31,7 @@ def corexy(tmp_path, monkeypatch):
     What it would end as a traceback is an exception here; warnings are errors here as there.
     """
     monkeypatch.chdir(tmp_path)
-    on_terminate = signal.getsignal(signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in HANDLED}
 
     def run(*words: object) -> subprocess.CompletedProcess[str]:
         monkeypatch.setattr(sys, "argv", ["corexy", *map(str, words)])
@@ -41,7 +43,8 @@ def corexy(tmp_path, monkeypatch):
         )
 
     yield run
-    signal.signal(signal.SIGTERM, on_terminate)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

@@ -121,6 +121,10 @@ BAD = {
         ("import", "csv", "good.csv", "--about", "controller: foo", "--out", "o.csv"),
         "o.csv, metadata controller: found 'foo'",
     ),
+    "two loops of a table": (
+        ("import", "csv", "good.csv", "--about", "a: 1", "--about", "a : 2", "--out", "o.csv"),
+        "about: 'a' twice, expected once",
+    ),
     "clock of a table": (
         ("import", "csv", "good.csv", "--about", "clock: wob", "--out", "o.csv"),
         "o.csv, metadata clock: found 'wob'",
@@ -163,6 +167,11 @@ BAD = {
     "no speed": ((*RECTANGLE, "--speed", "0"), "speed: found 0.0, expected a positive"),
     "no acceleration": ((*RECTANGLE, "--accel", "0"), "acceleration: found 0.0, expected"),
     "no loops": ((*RECTANGLE, "--loops", "0"), "loops: found 0, expected at least 1"),
+    "loops without end": ((*RECTANGLE, "--loops", "1000000000"), "loops: found 1000000000 of 1."),
+    "loops of no time": (
+        (*RECTANGLE, "--loops", "90000000", "--speed", "1e9"),
+        "expected at most 1e+08 rows",
+    ),
     "figure's ending": ((*RECTANGLE, "--plot", "run.doc"), "unknown ending '.doc', expected .png"),
     "place of a file": (
         ("rectangle", *SMALL, "--plant", "model", "--out", "good.csv/o.csv"),
@@ -234,7 +243,7 @@ def test_bad_input(corexy, tmp_path, words, said):
     done = corexy(*words)
     assert done.returncode == 2
     assert said in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    assert len(done.stderr.splitlines()) == 1
     assert done.stdout == ""
     assert {path.name for path in tmp_path.iterdir()} == set(FILES)
 
@@ -254,7 +263,7 @@ def test_holdout_takes_every_file_up_to_the_next_option():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_an_interrupt_ends_cleanly(tmp_path, number, status):
     words = ("rectangle", *SMALL, "--loops", "8000", "--plant", "model", "--out", "o.csv")
     code = "from corexy_fmi.cli import main; print('imported', flush=True); main()"
@@ -265,7 +274,7 @@ def test_an_interrupt_ends_cleanly(tmp_path, number, status):
     )  # fmt: skip
     assert process.stdout.readline() == "imported\n"
     time.sleep(1.5)
-    process.send_signal(number)
+    process.send_signal(getattr(signal, number))
     _, said = process.communicate(timeout=60)
     assert process.returncode == status
     assert "Traceback" not in said

@@ -110,6 +110,30 @@ def test_simulate_replays_a_recording(corexy_process, tmp_path, measured):
     assert np.std(given["x"] - response["x"]) == pytest.approx(2e-5, rel=0.1)
 
 
+@pytest.mark.parametrize("plant", PLANTS)
+def test_a_plain_response_is_an_input_that_fmpy_reads(corexy, tmp_path, plant):
+    rows = "".join(f"{n / 100},{n / 50 if n % 2 == 0 else ''},0\n" for n in range(21))
+    (tmp_path / "sparse.csv").write_text(f"time,phi1,phi2\n{rows}")
+    done = corexy("simulate", "sparse.csv", "--plant", plant, "--plain", "--out", "o.csv")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert read_csv(tmp_path / "o.csv")["phi1"] == pytest.approx(np.arange(21) / 50)
+
+
+@pytest.mark.parametrize(
+    ("metadata", "loop"),
+    [("", load_machine("yin2018_dc").controller.line), ("# controller: pd kp=7.0 kd=0.2\n",
+                                                        "pd kp=7.0 kd=0.2")],
+)  # fmt: skip
+def test_a_response_names_the_loop_that_was_closed(corexy, tmp_path, metadata, loop):
+    rows = "".join(f"{n / 100},{n / 500},0,1,1\n" for n in range(21))
+    (tmp_path / "given.csv").write_text(f"{metadata}time,phi1,phi2,V1,V2\n{rows}")
+    corexy("simulate", "given.csv", "--machine", "yin2018_dc", "--out", "o.csv")
+    response = read_recording(tmp_path / "o.csv")
+    assert response.metadata["controller"] == loop
+    corexy("simulate", "o.csv", "--machine", "yin2018_dc", "--out", "again.csv")
+    assert np.array_equal(read_recording(tmp_path / "again.csv")["V1"], response["V1"])
+
+
 def test_effects_lists_the_catalogue(corexy):
     listed = corexy("effects")
     assert listed.returncode == 0
@@ -136,6 +160,13 @@ def test_one_effect_on_the_screen(corexy_process):
     shown = corexy_process("effects", "backlash").stdout
     for word in ("equation", "gap", "rad", "motor1", "stepper, dc", "citation", "remedy", "check"):
         assert word in shown
+
+
+def test_units_that_differ_by_place_are_told(corexy):
+    shown = corexy("effects", "periodic_disturbance")
+    assert "N or N m" in shown.stdout
+    one = json.loads(corexy("effects", "periodic_disturbance", "--json").stdout)
+    assert one["parameters"][0]["unit"] == "N or N m"
 
 
 @pytest.mark.parametrize("flavour", ["native", "python"])

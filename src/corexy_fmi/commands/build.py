@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.screen import ASSUMED, EffectsOption, existing_folder_or_none, label, say
+from corexy_fmi.commands.places import folder_place
+from corexy_fmi.commands.screen import ASSUMED, EffectsOption, label, say
 from corexy_fmi.effects import catalogue, own_effects
 from corexy_fmi.machine import load_machine
 
@@ -27,7 +28,7 @@ def build(
     ] = None,
     effects: EffectsOption = None,
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for it.", callback=existing_folder_or_none)
+        Path, typer.Option(metavar="DIR", help="Folder for it.", parser=folder_place)
     ] = Path(),
     all_platforms: Annotated[
         bool,

@@ -10,8 +10,9 @@ import typer
 
 from corexy_fmi.bundled import bundled_folder
 from corexy_fmi.commands.diagnose import read_all, write_diagnosis
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
-from corexy_fmi.commands.screen import ASSUMED, existing_folder_or_none, label, progress, say
+from corexy_fmi.commands.screen import ASSUMED, label, progress, say
 from corexy_fmi.commands.verdict import show_verdict
 from corexy_fmi.corners import corner_table
 from corexy_fmi.errors import InputError
@@ -28,7 +29,7 @@ SIZE = (0.06, 0.04)  # [m]
 def demo(
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for results.", parser=folder_place),
     ] = Path("out/demo"),
 ) -> None:
     """Build the FMU, drive the rectangle runs with fmpy, diagnose the bundled recordings.
@@ -38,6 +39,8 @@ def demo(
     corexy demo --out demo
     """
     cases = bundled_cases()
+    for case in cases:
+        keep_apart([out / case.name / name for name in RESULT_FILES], case.iterdir())
     machine = load_machine(ASSUMED)
     label(machine)
     run_rectangles(machine, out)

@@ -15,13 +15,13 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.screen import (
     EffectsOption,
     JobsOption,
     JsonOption,
     assumed_machine,
     cores,
-    existing_folder_or_none,
     label,
     progress,
     say,
@@ -65,7 +65,7 @@ def diagnose(
     train: Annotated[list[Path], typer.Argument(metavar="TRAIN.csv...", help="Recordings.")],
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for results.", parser=folder_place),
     ],
     holdout: Annotated[
         list[Path] | None,
@@ -96,6 +96,8 @@ def diagnose(
         print(SLOW, file=sys.stderr)
     trains, holdouts = read_all(train, holdout or [])
     chosen = chosen_machine(machine, effects, [*trains, *holdouts])
+    results = [out / name for name in RESULT_FILES]
+    keep_apart(results, [*train, *(holdout or []), effects], machine)
     with progress() as move, write_folder(out, RESULT_FILES) as folder:
         document = write_diagnosis(
             folder,

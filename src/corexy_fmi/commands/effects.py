@@ -49,7 +49,7 @@ def describe(effect: Effect) -> dict[str, Any]:
         "parameters": [
             {
                 "name": p.name,
-                "unit": p.unit,
+                "unit": p.unit_anywhere,
                 "meaning": p.meaning,
                 "neutral": p.neutral,
                 "lower": p.lower,
@@ -76,7 +76,7 @@ def _show_all(known: dict[str, Effect], as_json: bool) -> None:
         return
     table = Table("effect", "what the model leaves out", "location", "parameters")
     for effect in known.values():
-        units = ", ".join(f"{p.name} ({p.unit})" for p in effect.parameters)
+        units = ", ".join(f"{p.name} ({p.unit_anywhere})" for p in effect.parameters)
         table.add_row(*cells(effect.name, effect.summary, ", ".join(effect.locations), units))
     console().print(table)
 
@@ -87,7 +87,7 @@ def _show(effect: Effect) -> None:
     table = Table("parameter", "unit", "neutral", "from", "to", "meaning")
     for p in effect.parameters:
         numbers = (f"{number:g}" for number in (p.neutral, p.lower, p.upper))
-        table.add_row(*cells(p.name, p.unit, *numbers, p.meaning))
+        table.add_row(*cells(p.name, p.unit_anywhere, *numbers, p.meaning))
     console().print(table)
     for what, text in (
         ("equation", effect.equation),

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from corexy_fmi.commands.fleet_task import diagnose_parcel
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.screen import (
     DaskOption,
     JobsOption,
@@ -20,13 +21,13 @@ from corexy_fmi.commands.screen import (
     cells,
     console,
     cores,
-    existing_folder_or_none,
     say,
     say_json,
 )
 from corexy_fmi.commands.sweep import NOT_ONE
 from corexy_fmi.commands.verdict import COLOURS
 from corexy_fmi.errors import InputError
+from corexy_fmi.files import RESULT_FILES
 from corexy_fmi.fleet.cases import find_machines
 from corexy_fmi.fleet.run import Told, diagnose_fleet
 from corexy_fmi.fleet.store import Store
@@ -40,7 +41,7 @@ def fleet(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A subfolder for each machine.")],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="For results; else FOLDER."),
+        typer.Option(metavar="DIR", help="For results; else FOLDER.", parser=folder_place),
     ] = None,
     machine: Annotated[
         str | None, typer.Option(metavar="FILE", help="Where a subfolder has no machine.toml.")
@@ -65,9 +66,11 @@ def fleet(
 
     if dask is not None and jobs is not None:
         raise InputError(NOT_ONE)
-    machines, store = find_machines(folder), Store(existing_folder_or_none(out or folder))
+    machines, store = find_machines(folder), Store(folder_place(out or folder))
     if machine is not None:
         load_machine(machine)
+        results = [store.place(path.name) / n for path in machines for n in RESULT_FILES]
+        keep_apart(results, [], machine)
     with workers(jobs or cores(), dask) as (executor, ahead), _bar(len(machines)) as move:
         rows = diagnose_fleet(machines, machine, store, diagnose_parcel, executor, ahead, move)
     if as_json:
@@ -85,7 +88,9 @@ def _bar(count: int) -> Iterator[Told]:
     """A bar on stderr that also tells each machine's verdict as it comes."""
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("machines"), TimeElapsedColumn())
     screen = console(stderr=True)
-    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as bar:
+    with Progress(
+        *columns, console=screen, transient=True, disable=not screen.is_interactive
+    ) as bar:
         task = bar.add_task("machines", total=count)
 
         def move(row: Row, found: bool) -> None:

@@ -31,11 +31,11 @@ from corexy_fmi.commands.hil_options import (
     TrackerOption,
 )
 from corexy_fmi.commands.hil_run import Dialect, Setup, execute, open_bench
+from corexy_fmi.commands.places import folder_place, keep_apart
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
 from corexy_fmi.commands.screen import (
     ASSUMED,
     MachineOption,
-    existing_folder_or_none,
     label,
     say,
 )
@@ -44,6 +44,7 @@ from corexy_fmi.corners import corner_table, passing_times
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.homing import Switches
 from corexy_fmi.hil.limits import Allowed
+from corexy_fmi.hil.live import part_of
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import check_kind, check_stage
 from corexy_fmi.recording import Recording, check_drive, read_recording
@@ -105,6 +106,7 @@ def run(
     if "phi1" not in order:
         raise InputError(f"{motion}: no columns phi1, phi2, expected commanded angles")
     check_stage(order, chosen)
+    keep_apart([out, part_of(out)], [motion], machine)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     switches = Switches(at_x, at_y)
@@ -151,6 +153,7 @@ def rectangle(
     """
     chosen = check_kind(load_machine(machine))
     shape = Rectangle(width, height, speed, loops, accel)
+    keep_apart([out, part_of(out)], [], machine)
     order = rectangle_command(shape, chosen, out.name)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
@@ -177,7 +180,7 @@ def diagnose(
     tracker: Annotated[str, typer.Option(metavar="PORT", help="Lines 't x y': port or udp://.")],
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for results.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for results.", parser=folder_place),
     ],
     machine: MachineOption = ASSUMED,
     arm: ArmOption = False,
@@ -209,6 +212,7 @@ def diagnose(
     corexy hil diagnose --port /dev/ttyUSB0 --tracker udp://:9000 --centred --arm --out result
     """
     chosen = check_kind(load_machine(machine))
+    keep_apart(result_files(out), [], machine)
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     switches = Switches(at_x, at_y)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from corexy_fmi.commands import import_table
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
@@ -21,7 +22,9 @@ from corexy_fmi.resonance import NEW, OLD, changed
 app = typer.Typer(no_args_is_help=True)
 app.command("csv")(import_table.csv)
 app.command("mat")(import_table.mat)
-OutOption = Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")]
+OutOption = Annotated[
+    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
+]
 CentreOption = Annotated[
     str, typer.Option("--centre", "--center", metavar="X,Y", help="The stage's centre [m].")
 ]
@@ -69,6 +72,7 @@ def klipper(
     --accel 6 --start-offset -0.0008 --axes=-z,+y --machine gt2_printer --out x_recording.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file], machine)
     origin, start, end = point(centre, "centre"), *_ends(move)
     described = Move(_from(start, origin), _from(end, origin), speed, accel, start_offset)
     recording = import_klipper(file, described, axes, chosen.parameters["pulley_radius"])
@@ -116,6 +120,7 @@ def resonance(
     --axes=-z,+y --machine machine.toml --out x_sweep.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file], machine)
     given = {"first": min_freq, "last": max_freq, "per_hertz": accel_per_hz, "rate": hz_per_sec,
              "sweep": sweeping_accel, "period": sweeping_period, "stop": max_accel}  # fmt: skip
     test = changed(OLD if old else NEW, given)
@@ -149,6 +154,7 @@ def motan(
     --out run.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file], machine)
     recording = import_motan(
         file, axes, point(centre, "centre"), chosen.parameters["pulley_radius"], sensor, _span(span)
     )

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
@@ -24,7 +25,9 @@ AboutOption = Annotated[
     list[str] | None,
     typer.Option("--about", metavar="KEY:VALUE", help="A line of metadata; repeat."),
 ]
-OutOption = Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")]
+OutOption = Annotated[
+    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
+]
 
 
 def mat(
@@ -47,6 +50,7 @@ def mat(
     "controller: pd kp=20 kd=0.1" --about "motors: 1" --machine axis.toml --out run.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file], machine)
     radius = chosen.parameters["pulley_radius"]
     _keep(import_columns(file, columns or [], _told(about), radius), chosen, out)
 
@@ -87,6 +91,7 @@ def csv(
     "phi1=m1[steps/16]" --map "phi2=m2[steps/16]" --map time=stamp --map "x=px[mm]" --out run.csv
     """
     chosen = load_machine(machine)
+    keep_apart([out], [file, commands, measured], machine)
     told, entries = _told(about), columns or []
     if file is not None and commands is None and measured is None and not align:
         radius = chosen.parameters["pulley_radius"]
@@ -141,7 +146,12 @@ def _keep(recording: Recording, machine: Machine, out: Path) -> None:
 
 def _told(lines: list[str] | None) -> dict[str, str]:
     """Metadata by key."""
-    return dict(_about(line) for line in lines or [])
+    told: dict[str, str] = {}
+    for key, value in map(_about, lines or []):
+        if key in told:
+            raise InputError(f"about: {key!r} twice, expected once")
+        told[key] = value
+    return told
 
 
 def _about(line: str) -> tuple[str, str]:

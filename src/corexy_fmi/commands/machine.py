@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.screen import cells, console, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.files import write_beside
@@ -49,7 +50,10 @@ def machines() -> None:
 
 @app.command("new")
 def new(
-    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="Where the machine file goes.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="FILE.toml", help="Where the machine file goes.", parser=file_place),
+    ],
     from_: Annotated[
         Path | None, typer.Option("--from", metavar="printer.cfg", help="Klipper's configuration.")
     ] = None,
@@ -91,6 +95,7 @@ def new(
         "bridge_mass": bridge_mass, "bridge_pulley_spacing": bridge_pulley_spacing,
         "motor_idler_span": motor_idler_span, "clip_spacing": clip_spacing,
     }  # fmt: skip
+    keep_apart([out], [from_])
     printer = None if from_ is None else read_printer(from_)
     facts = {} if printer is None else facts_of(printer)
     answers = {key: (text, "told on the command line") for key, text in given.items() if text}

@@ -12,12 +12,12 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from corexy_fmi.commands.places import folder_place
 from corexy_fmi.commands.screen import (
     JsonOption,
     MachineOption,
     cells,
     console,
-    existing_folder_or_none,
     label,
     progress,
     say,
@@ -34,10 +34,6 @@ if TYPE_CHECKING:
     from corexy_fmi.engine.naming.plan_size import Nameable
 
 
-def _folder_or_nothing(path: Path | None) -> Path | None:
-    return None if path is None else existing_folder_or_none(path)
-
-
 def plan(
     machine: MachineOption,
     noise: Annotated[
@@ -48,7 +44,7 @@ def plan(
     rate: Annotated[float, typer.Option(help="Samples of x and y a second [Hz].")] = 1000.0,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder for the programs.", callback=_folder_or_nothing),
+        typer.Option(metavar="DIR", help="Folder for the programs.", parser=folder_place),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.gcode import read_gcode
@@ -26,7 +27,9 @@ def pulses(
     path: Annotated[
         Path, typer.Argument(metavar="PATH", help="G-code, or a CSV of phi1, phi2 or of x, y.")
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the pulses go.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.csv", help="Where the pulses go.", parser=file_place)
+    ],
     microsteps: Annotated[int, typer.Option(help="In a full step: 1, 2, 8, 16 ..")] = 16,
     steps: Annotated[int, typer.Option(help="Full steps in a turn of the motor.")] = 200,
     speed: Annotated[
@@ -54,6 +57,7 @@ def pulses(
     corexy simulate full.csv --plant fmu --machine gt2_printer --out response.csv
     """
     chosen, driver = load_machine(machine), Driver(microsteps, steps)
+    keep_apart([out], [path], machine)
     origin = point(centre, "centre")
     order = _order(path, chosen, origin, speed, accel)
     made = pulsed(order, chosen, driver)

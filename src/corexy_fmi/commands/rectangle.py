@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
+from corexy_fmi.commands.places import file_place, keep_apart
 from corexy_fmi.commands.plants import Plant, run
 from corexy_fmi.commands.pulses import pulsed
 from corexy_fmi.commands.screen import (
@@ -40,7 +41,9 @@ def rectangle(
     width: Annotated[float, typer.Option(help="Size in x [m].")],
     height: Annotated[float, typer.Option(help="Size in y [m].")],
     speed: Annotated[float, typer.Option(help="Speed along the path [m/s].")],
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
+    ],
     loops: Annotated[int, typer.Option(help="How often around.")] = 1,
     accel: Annotated[
         float | None, typer.Option(help="Trapezoid on every side [m/s^2]; without: constant speed.")
@@ -52,7 +55,8 @@ def rectangle(
     plant: Annotated[Plant, typer.Option(help="The FMU through fmpy, or the model.")] = Plant.fmu,
     effects: EffectsOption = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw ideal and simulated path.")
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Draw ideal and simulated path.", parser=file_place),
     ] = None,
     plain: Annotated[
         bool, typer.Option("--plain", help="No metadata lines: fmpy reads the file as an input.")
@@ -74,6 +78,7 @@ def rectangle(
     """
     own = own_effects(effects)
     chosen = load_machine(machine, own)
+    keep_apart([out, plot], [effects], machine)
     shape = Rectangle(width, height, speed, loops, accel)
     order = rectangle_command(shape, chosen, out.name)
     if microsteps is not None:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
+from corexy_fmi.commands.places import folder_place
 from corexy_fmi.commands.screen import (
     ASSUMED,
     JsonOption,
     cells,
     console,
-    existing_folder_or_none,
     progress,
     say,
     say_json,
@@ -34,9 +34,7 @@ SetOption = Annotated[
 ]
 OutOption = Annotated[
     Path,
-    typer.Option(
-        metavar="DIR", help="Folder for JSON, Markdown and SVG.", callback=existing_folder_or_none
-    ),
+    typer.Option(metavar="DIR", help="Folder for JSON, Markdown and SVG.", parser=folder_place),
 ]
 OUT = Path("reproduced")
 

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
+from corexy_fmi.commands.streams import encodes_all
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording, is_dc
@@ -57,7 +58,7 @@ def say(line: str) -> None:
 
 def say_json(document: Any) -> None:
     """The document on stdout; NaN and infinity are no JSON and must not be in it."""
-    print(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
+    print(json.dumps(document, indent=1, ensure_ascii=not encodes_all(), allow_nan=False))
 
 
 def label(machine: Machine) -> None:
@@ -79,22 +80,21 @@ def provenance(machine: Machine, plant: str) -> dict[str, str]:
 
 @contextmanager
 def progress() -> Iterator[Callable[[str, float], None]]:
-    """A bar on stderr; gives the function that moves it: what is done, and its share, 0 to 1."""
+    """A bar on stderr; gives the function that moves it: what is done, and its share, 0 to 1.
+
+    Where stderr is no terminal there is none.
+    """
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
+    screen = console(stderr=True)
+    with Progress(
+        *columns, console=screen, transient=True, disable=not screen.is_interactive
+    ) as bar:
         task = bar.add_task("reading", total=1.0)
 
         def move(what: str, share: float) -> None:
             bar.update(task, description=what, completed=share)
 
         yield move
-
-
-def existing_folder_or_none(path: Path) -> Path:
-    """A place for results; refuses early what is a file."""
-    if path.exists() and not path.is_dir():
-        raise typer.BadParameter(f"{path} is a file, expected a folder")
-    return path
 
 
 def point(text: str, what: str) -> tuple[float, float]:

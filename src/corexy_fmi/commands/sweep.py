@@ -19,6 +19,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from corexy_fmi.commands.places import folder_place
 from corexy_fmi.commands.screen import (
     ASSUMED,
     DaskOption,
@@ -27,7 +28,6 @@ from corexy_fmi.commands.screen import (
     MachineOption,
     console,
     cores,
-    existing_folder_or_none,
     label,
     say,
     say_json,
@@ -48,7 +48,7 @@ def sweep(
     sets: Annotated[int, typer.Option(help="How many parameter sets.")],
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder for them.", callback=existing_folder_or_none),
+        typer.Option(metavar="DIR", help="Folder for them.", parser=folder_place),
     ],
     vary: Annotated[
         list[str] | None,
@@ -144,7 +144,7 @@ def _bar(sets: int, done: int) -> Iterator[Callable[[int], None]]:
         console=screen,
         transient=True,
         speed_estimate_period=60,
-        disable=not screen.is_terminal,
+        disable=not screen.is_interactive,
     ) as bar:
         task = bar.add_task("sets", total=sets, completed=done)
         yield lambda more: bar.advance(task, more)

@@ -65,6 +65,11 @@ class Parameter:
         """The unit at a location."""
         return self.units.get(location, self.unit)
 
+    @property
+    def unit_anywhere(self) -> str:
+        """The unit, of all locations where they differ: N or N m."""
+        return " or ".join(dict.fromkeys([self.unit, *self.units.values()]))
+
 
 def overtones(of: str) -> tuple[Parameter, Parameter]:
     """Sine and cosine of a wave's overtone, as shares of the wave; ``of``: what they turn with."""

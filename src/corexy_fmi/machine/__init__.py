@@ -3,6 +3,7 @@
 from corexy_fmi.machine.file import (
     load_machine,
     machine_names,
+    machine_path,
     machine_to_toml,
     models_folder,
     save_machine,
@@ -17,6 +18,7 @@ __all__ = [
     "Machine",
     "load_machine",
     "machine_names",
+    "machine_path",
     "machine_to_toml",
     "models_folder",
     "save_machine",

@@ -37,8 +37,29 @@ def load_machine(path_or_name: str | Path, effects: Mapping[str, Effect] | None 
     Raises InputError, naming file and key, for what cannot be read, an unknown key or effect, a
     value of the wrong kind or out of bounds.
     """
-    path = _find(path_or_name)
+    path = machine_path(path_or_name)
     return machine_from(_document(path), str(path), _name(path), effects)
+
+
+def machine_path(path_or_name: str | Path) -> Path:
+    """The file that is meant; a bundled name is one whatever stands here, ./NAME is a file.
+
+    Raises InputError for an empty name, and one that is neither.
+    """
+    path, known = Path(path_or_name), machine_names()
+    if path_or_name in known:
+        return models_folder() / path_or_name / "machine.toml"
+    if not str(path_or_name):
+        raise InputError("machine: found no name, expected a file or a bundled machine")
+    if path.is_dir() and (path / "machine.toml").is_file():
+        return path / "machine.toml"
+    if path.exists() or path.suffix:
+        return path
+    hint = nearest(str(path_or_name), known)
+    raise InputError(
+        f"machine {str(path_or_name)!r}: no such file or bundled machine, "
+        f"expected a file or one of {', '.join(known)}{hint}"
+    )
 
 
 def machine_to_toml(machine: Machine) -> str:
@@ -89,24 +110,6 @@ def _free_form_text(law: FreeForm) -> str:
 
 def _floats(numbers: dict[str, Any]) -> dict[str, float]:
     return {name: float(value) for name, value in numbers.items()}
-
-
-def _find(path_or_name: str | Path) -> Path:
-    """The file that is meant; a bundled name is one whatever stands here, ./NAME is a file."""
-    path, known = Path(path_or_name), machine_names()
-    if path_or_name in known:
-        return models_folder() / path_or_name / "machine.toml"
-    if not str(path_or_name):
-        raise InputError("machine: found no name, expected a file or a bundled machine")
-    if path.is_dir() and (path / "machine.toml").is_file():
-        return path / "machine.toml"
-    if path.exists() or path.suffix:
-        return path
-    hint = nearest(str(path_or_name), known)
-    raise InputError(
-        f"machine {str(path_or_name)!r}: no such file or bundled machine, "
-        f"expected a file or one of {', '.join(known)}{hint}"
-    )
 
 
 def _name(path: Path) -> str:

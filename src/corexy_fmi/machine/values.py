@@ -18,9 +18,9 @@ def table(entry: Any, where: str) -> dict[str, Any]:
 
 
 def text(entry: Any, where: str) -> str:
-    """The entry if it is text of one line."""
-    if not isinstance(entry, str) or not entry.strip() or "\n" in entry:
-        raise InputError(f"{where}: found {shown(entry)}, expected text of one line")
+    """The entry if it is text of one line, without characters that XML or a screen cannot show."""
+    if not isinstance(entry, str) or not entry.strip() or not entry.isprintable():
+        raise InputError(f"{where}: found {shown(entry)}, expected printable text of one line")
     return entry
 
 

@@ -35,7 +35,8 @@ def read_recording(path: str | Path, *, needs_inputs: bool = True) -> Recording:
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"{path}: {reason}, expected a recording (CSV)") from error
-    _check_time(table, path, line + 1)
+    check_time(table[:, 0], path, line + 1)
+    _check_gaps(table[:, 0], path, line + 1)
     channels = {name: table[:, i].copy() for i, name in enumerate(names) if i}
     recording = Recording(path.name, table[:, 0].copy(), channels, metadata)
     _check_metadata(recording, path)
@@ -85,25 +86,31 @@ def _names(header: str, path: Path, line: int) -> list[str]:
     return names
 
 
-def _check_time(table: NDArray[np.float64], path: Path, first_line: int) -> None:
-    """Time is complete and strictly increasing; there are at least two rows."""
-    time = table[:, 0]
+def check_time(
+    time: NDArray[np.float64], path: Path, first: int, place: str = "line", column: str = "time"
+) -> None:
+    """Refuse a time [s] that is not complete and strictly increasing, or of fewer than two rows.
+
+    ``first`` is the number of the first row, of whatever kind of ``place``.
+    """
     if len(time) < 2:
         raise InputError(
-            f"{path}, line {first_line + len(time)}: {len(time)} rows of numbers, "
-            "expected at least 2"
+            f"{path}, {place} {first + len(time)}: {len(time)} rows of numbers, expected at least 2"
         )
     if np.isnan(time).any():
-        line = first_line + int(np.flatnonzero(np.isnan(time))[0])
-        raise InputError(f"{path}, line {line}, column time: blank, expected a time in s")
+        row = first + int(np.flatnonzero(np.isnan(time))[0])
+        raise InputError(f"{path}, {place} {row}, column {column}: blank, expected a time in s")
     steps = np.flatnonzero(np.diff(time) <= 0)
     if len(steps):
         row = int(steps[0]) + 1
         raise InputError(
-            f"{path}, line {first_line + row}, column time: {float(time[row])!r} "
-            f"after {float(time[row - 1])!r}, "
-            "expected strictly increasing time"
+            f"{path}, {place} {first + row}, column {column}: {float(time[row])!r} "
+            f"after {float(time[row - 1])!r}, expected strictly increasing time"
         )
+
+
+def _check_gaps(time: NDArray[np.float64], path: Path, first_line: int) -> None:
+    """One run, without a gap of minutes."""
     gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP)
     if len(gaps):
         row = int(gaps[0]) + 1

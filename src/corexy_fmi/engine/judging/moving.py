@@ -82,7 +82,7 @@ def _better(layout: Layout, machine: Machine, still: Run, moving: Run) -> bool:
         return False
     noise = tuple(white(quick_noise(s)) for s in moving.samples)
     squares = [_squares(layout, machine, run, noise) for run in (still, moving)]
-    if not np.isfinite(squares).all() or squares[1] > LEFT * squares[0]:
+    if not np.isfinite(squares).all() or squares[1] >= LEFT * squares[0]:  # both may be 0
         return False
     return 0.5 * moving.count * float(np.log(squares[0] / max(squares[1], 1e-300))) > GAIN
 
