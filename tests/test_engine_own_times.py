@@ -18,7 +18,7 @@ from corexy_fmi.engine.fitting.free_form import (
 from corexy_fmi.engine.fitting.noise import Noise
 from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
-from corexy_fmi.engine.judging.local import is_local
+from corexy_fmi.engine.judging.local import is_local, last_parts
 from corexy_fmi.engine.judging.model import covariance, law_table, tuned_machine
 from corexy_fmi.engine.judging.predict import carried
 from corexy_fmi.engine.judging.reach import within_reach
@@ -102,6 +102,18 @@ def test_a_recording_kept_back_is_given_its_own(found):
     assert within_reach(own, [kept])[0] is kept
     there = carried(own, kept, own.problem.noise[0])
     assert onsets(there, there.problem.hypothesis.law) == pytest.approx([0.6], abs=0.3)
+
+
+def test_last_parts_are_judged_where_another_recording_had_that_time_of_the_law(found):
+    """The first one's end is a time that no first part has; the other one's, which began later, the
+    first one has had.
+    """
+    _, own = found
+    late = last_parts(own, own, [], machine())
+    assert [run.name for run in late.kept] == ["first.csv", "other.csv"]
+    (other,) = within_reach(late.fit, late.kept)
+    assert other.name == "other.csv"
+    assert other.count == late.kept[1].count
 
 
 def test_what_all_recordings_have_at_one_time_stays_so():

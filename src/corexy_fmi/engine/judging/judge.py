@@ -134,6 +134,7 @@ def _prove(
     shown = whole if whole and not is_local(fit) else train
     late_parts = (r for r in late.kept if r.role == "holdout")
     parts = [r for r in late_parts if not is_local(fit) or r.name in late.before]
+    parts = within_reach(late.fit, parts)
     abroad = _abroad(fit, runs) if is_local(fit) else []
     own |= {("explained", "holdout", run.name): found for run, found in abroad}
     fits = {"retuned": retuned, "explained": fit}

@@ -12,6 +12,7 @@ import numpy as np
 
 from corexy_fmi.engine.data.samples import FEWEST, Run
 from corexy_fmi.engine.fitting.fit import Fit
+from corexy_fmi.engine.fitting.free_form import LawShape, onsets
 from corexy_fmi.engine.judging.prove import channel_noise
 from corexy_fmi.kernel.call import Array
 
@@ -25,7 +26,7 @@ def within_reach(fit: Fit, kept: Sequence[Run]) -> list[Run]:
     """
     if not fit.problem.hypothesis.laws:
         return list(kept)
-    seen = np.concatenate([_arguments(fit, run) for run in fit.problem.runs], axis=1)
+    seen = np.concatenate([_seen(fit, run) for run in fit.problem.runs], axis=1)
     low, high = seen.min(axis=1), seen.max(axis=1)
     margin = MARGIN * (high - low)
     cut = [_cut(fit, run, low - margin, high + margin) for run in kept]
@@ -53,6 +54,12 @@ def _cut(fit: Fit, run: Run, low: Array, high: Array) -> Run:
     return run.with_samples(tuple(s for s in left if len(s.index) > FEWEST))
 
 
+def _seen(fit: Fit, run: Run) -> Array:
+    """What its laws depend on, (laws, rows), up to the last sample that a fit used of a run."""
+    last = max((s.index[-1] for s in run.samples if len(s.index)), default=-1)
+    return _arguments(fit, run)[:, : last + 1]
+
+
 def _arguments(fit: Fit, run: Run) -> Array:
     """What a fit's laws depend on, (laws, rows), over a run."""
     problem = fit.problem
@@ -62,9 +69,17 @@ def _arguments(fit: Fit, run: Run) -> Array:
     names = [TRUE.get(law.argument, law.argument) for law in problem.hypothesis.laws]
     driven = tuple(name for name in names if name != "t")
     shown = iter(there.simulate(u[None], 0, driven)[0] if driven else ())
-    time = run.excitation.time
-    own = [bool(law.since) for law in problem.hypothesis.laws]  # whenever it is there
-    given = [0 * time if free else time for free in own]
+    given = [_time(fit, law, run) for law in problem.hypothesis.laws]
     return np.array(
         [t if name == "t" else next(shown) for name, t in zip(names, given, strict=True)]
     )
+
+
+def _time(fit: Fit, law: LawShape, run: Run) -> Array:
+    """The time (rows,) of a law in a run; where it has its own in each, by the onset that training
+    told of that recording, or whenever it may begin in another.
+    """
+    time, names = run.excitation.time, [r.name for r in fit.problem.runs]
+    if not law.since:
+        return time
+    return time - onsets(fit, law)[names.index(run.name)] if run.name in names else 0 * time
