@@ -124,6 +124,14 @@ def test_a_place_that_cannot_be_written_is_the_users_mistake(tmp_path):
         pass
 
 
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="a folder that nobody writes, of Linux")
+@pytest.mark.parametrize("write", [write_beside, write_folder, alone_in])
+@pytest.mark.parametrize("way", ["a", "a/b", "a/b/c"])
+def test_so_is_one_many_folders_below_such_a_place(write, way):
+    with pytest.raises(InputError, match=rf"{way}.*: cannot be written"), write(Path("/proc", way)):
+        pass
+
+
 def test_other_errors_of_the_file_system_pass(tmp_path):
     with pytest.raises(FileNotFoundError), write_beside(tmp_path / "x"):
         open("/nowhere/at/all")  # noqa: SIM115

@@ -192,6 +192,10 @@ BAD = {
         effect("backlash", "motor1"),
         "backlash.parameters.gap: missing, expected a number [rad]",
     ),
+    "missing torque": (
+        effect("periodic_disturbance", "motor1"),
+        "amplitude: missing, expected a number [N m]",
+    ),
     "unknown effect parameter": (
         effect("backlash", "motor1", "parameters = {gab = 1}"),
         "nearest known: gap",

@@ -57,7 +57,10 @@ def _effect_use(
     location = choice(_required(entry, "location", where), places, f"{where}.location")
     given = table(entry.get("parameters", {}), f"{where}.parameters")
     refuse_unknown(given, [p.name for p in effect.parameters], f"{where}.parameters", "parameter")
-    values = {p.name: _value(given, p, f"{where}.parameters.{p.name}") for p in effect.parameters}
+    values = {
+        p.name: _value(given, p, location, f"{where}.parameters.{p.name}")
+        for p in effect.parameters
+    }
     return EffectUse(effect.name, location, values)
 
 
@@ -106,14 +109,14 @@ def _required(entry: Mapping[str, Any], key: str, where: str) -> Any:
     return entry[key]
 
 
-def _value(given: Mapping[str, Any], parameter: Parameter, where: str) -> float:
+def _value(given: Mapping[str, Any], parameter: Parameter, location: str, where: str) -> float:
     """One parameter: given, or its default; its neutral value is always allowed."""
-    value = given.get(parameter.name, parameter.default)
+    value, unit = given.get(parameter.name, parameter.default), parameter.unit_at(location)
     if value is None:
-        raise InputError(f"{where}: missing, expected a number [{parameter.unit}]")
+        raise InputError(f"{where}: missing, expected a number [{unit}]")
     if not isinstance(value, bool) and value == parameter.neutral:
         return float(value)
-    return number(value, parameter.lower, parameter.upper, parameter.unit, where)
+    return number(value, parameter.lower, parameter.upper, unit, where)
 
 
 def _refuse_repeated(places: list[tuple[str, str]], where: str) -> None:

@@ -120,7 +120,7 @@ def _check_complete(machine: Machine, keys: Sequence[str]) -> None:
             if parameter.default is None and not given:
                 raise InputError(
                     f"vary: {key} is neither in the machine nor varied, "
-                    f"expected --vary {key}=LOW:HIGH [{parameter.unit}]"
+                    f"expected --vary {key}=LOW:HIGH [{parameter.unit_at(use.location)}]"
                 )
 
 
