@@ -55,11 +55,19 @@ def test_a_motion_without_dry_friction_ends_where_the_kinematics_say():
     assert q[-1, :2] == pytest.approx(xy[-1], abs=1e-7)
 
 
-@pytest.mark.parametrize("name", MACHINES)
-def test_half_the_step_changes_less_than_half_a_micron(name):
+@pytest.mark.parametrize(
+    ("name", "faults"),
+    [
+        ("yin2018", stage.Faults()),
+        ("light_bench", stage.Faults()),
+        ("light_bench", stage.Faults(breakaway=(1.5, 1.8), fades=4e-3)),
+        ("light_bench", stage.Faults(play=(0.012, 0.02))),
+    ],
+)
+def test_half_the_step_changes_less_than_half_a_micron(name, faults):
     time, phi, _ = small()
     one, half = (
-        simulator.simulate(time, phi, MACHINES[name], step=h)[0]
+        simulator.simulate(time, phi, MACHINES[name], faults, step=h)[0]
         for h in (simulator.STEP, simulator.STEP / 2)
     )
     assert np.abs(one - half)[:, :2].max() < 5e-7

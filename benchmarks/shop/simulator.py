@@ -19,7 +19,7 @@ from numba import njit
 
 from benchmarks.shop.stage import REACH, Array, Faults, Numbers, Stage, at_rest, stage
 
-STEP = 5e-5  # [s]
+STEP = 2.5e-5  # [s]: half of it changes no case by 0.5 um
 CONTACT = 8.0  # [N m/rad] between a rotor and its loose pulley
 
 
@@ -84,12 +84,16 @@ def _kick(q, v, force, grip, h, of):  # type: ignore[no-untyped-def]
             continue
         a = h * of.viscous[0 if v[j] >= 0 else 1, j] / (2 * of.mass[j])
         free = (v[j] * (1 - a) + h * force[j] / of.mass[j]) / (1 + a)
-        level = of.dry[0 if free > 0 else 1, j]
-        if j < 2:
-            level *= grip[j] * (1 + (of.breakaway[j] - 1) * np.exp(-abs(v[j]) / of.fades))
-            level += _at(of.spot, j, q[j])
-        most = h * level / of.mass[j] / (1 + a)
-        v[j] = free - min(max(free, -most), most)
+        after = v[j]
+        for _ in range(2 if j < 2 and of.breakaway[j] != 1 else 1):  # level at the mean speed
+            level = of.dry[0 if free > 0 else 1, j]
+            if j < 2:
+                slow = np.exp(-abs(v[j] + after) / 2 / of.fades)
+                level *= grip[j] * (1 + (of.breakaway[j] - 1) * slow)
+                level += _at(of.spot, j, q[j])
+            most = h * level / of.mass[j] / (1 + a)
+            after = free - min(max(free, -most), most)
+        v[j] = after
 
 
 @njit(cache=True)
