@@ -8,6 +8,8 @@ pulleys 1 and 2 are the motors', 3 to 6 ride on the bridge, 7 to 10 are fixed id
 - (7) acts on one coordinate each: -b v - f sgn v, set-valued at v = 0.  So a step of h [s] has a
   closed form and sticks exactly: half a drift of q; v* = (v (1 - a) + h Q/m) / (1 + a) with
   a = h b/2m; v is v* brought towards 0 by at most h f/m / (1 + a); half a drift.
+  Breakaway friction is that at the step's mean speed: at its first one, stick and slip were off by
+  12 um, and a diagnosis saw it.
 - Motor angles are imposed and ramp from row to row.  A loose pulley (`Faults.play`) is a coordinate
   of its own, which the rotor turns where the play ends.
 """
@@ -19,7 +21,7 @@ from numba import njit
 
 from benchmarks.shop.stage import REACH, Array, Faults, Numbers, Stage, at_rest, stage
 
-STEP = 2.5e-5  # [s]: half of it changes no case by 0.5 um
+STEP = 2.5e-5  # [s]: half of it changes x, y by 0.2 um at most; in play_tilt once by 2.4 um
 CONTACT = 8.0  # [N m/rad] between a rotor and its loose pulley
 
 
