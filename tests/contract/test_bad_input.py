@@ -270,7 +270,7 @@ def test_an_interrupt_ends_cleanly(tmp_path, number, status):
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell may ignore it
+        preexec_fn=lambda: signal.signal(getattr(signal, number), signal.SIG_DFL),  # or ignored
     )  # fmt: skip
     assert process.stdout.readline() == "imported\n"
     time.sleep(1.5)
