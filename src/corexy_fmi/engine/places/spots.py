@@ -1,4 +1,5 @@
-"""Free-form laws whose knots are nearer: of a spot on an axis, and of what a winner leaves over.
+"""Free-form laws that a place asks for: of a spot on an axis, of times that differ from one
+recording to the next, and of what a winner leaves over.
 
 A law over a whole axis has knots too far apart for a spot on a rail, a magnet beside it or a
 dented belt's tooth.  So windows of narrow knots are tried all along the axis, and the best is
