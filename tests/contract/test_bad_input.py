@@ -272,10 +272,13 @@ def test_an_interrupt_ends_cleanly(tmp_path, number, status):
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(getattr(signal, number), signal.SIG_DFL),  # or ignored
     )  # fmt: skip
-    assert process.stdout.readline() == "imported\n"
-    time.sleep(1.5)
-    process.send_signal(getattr(signal, number))
-    _, said = process.communicate(timeout=60)
+    try:
+        assert process.stdout.readline() == "imported\n"
+        time.sleep(1.5)
+        process.send_signal(getattr(signal, number))
+        _, said = process.communicate(timeout=60)
+    finally:
+        process.kill()  # one that heard nothing would go on for hours
     assert process.returncode == status
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
