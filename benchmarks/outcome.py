@@ -12,10 +12,12 @@ from typing import Any
 RESULTS = Path(__file__).parent / "results"
 
 
-def commit() -> str:
-    """Hash of the commit that runs, with + where the tree differs from it; empty without git."""
+def commit(*of: str) -> str:
+    """Hash of the commit that runs, with + where the tree, or only these folders of it, differ from
+    it; empty without git.
+    """
     try:
-        asked = ("rev-parse", "HEAD"), ("status", "--porcelain", "--untracked-files=no")
+        asked = ("rev-parse", "HEAD"), ("status", "--porcelain", "--untracked-files=no", *of)
         told = [subprocess.run(["git", *a], capture_output=True, text=True).stdout for a in asked]
     except OSError:
         return ""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 from pathlib import Path
 from typing import Any
 
-from benchmarks.case import ROOT
+from benchmarks import outcome
 from benchmarks.outcome import RESULTS
 
 Entry = dict[str, Any]
@@ -17,16 +16,8 @@ ENGINE = ("src", "fmu_src", "models")  # what a verdict depends on
 
 
 def commit() -> str:
-    """Hash of the commit that runs, with + where the engine differs from it; not for results."""
-    asked = ("rev-parse", "HEAD"), ("status", "--porcelain", "--untracked-files=no", *ENGINE)
-    try:
-        told = [
-            subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout
-            for words in asked
-        ]
-    except OSError:
-        return ""
-    return told[0].strip() + ("+" if told[1].strip() else "")
+    """Hash of the commit that runs, with + where the engine differs from it."""
+    return outcome.commit(*ENGINE)
 
 
 def path_of(index: int, shards: int) -> Path:

@@ -23,7 +23,6 @@ from corexy_fmi.commands.hil_options import (
     DialectOption,
     HomeOption,
     JumpOption,
-    OutOption,
     PortOption,
     SilenceOption,
     SpeedOption,
@@ -31,7 +30,7 @@ from corexy_fmi.commands.hil_options import (
     TrackerOption,
 )
 from corexy_fmi.commands.hil_run import Dialect, Setup, execute, open_bench
-from corexy_fmi.commands.places import folder_place, keep_apart
+from corexy_fmi.commands.places import OutOption, folder_place, keep_apart
 from corexy_fmi.commands.rectangle import rectangle_command, show_corners
 from corexy_fmi.commands.screen import (
     ASSUMED,

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from corexy_fmi.commands.hil_run import Dialect
-from corexy_fmi.commands.places import file_place
 
 PortOption = Annotated[
     str, typer.Option(metavar="PORT", help="/dev/ttyUSB0, COM3 or socket://host:port.")
-]
-OutOption = Annotated[
-    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
 ]
 ArmOption = Annotated[bool, typer.Option("--arm", help="Move motors; without it nothing moves.")]
 CentredOption = Annotated[

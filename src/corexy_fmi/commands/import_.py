@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from corexy_fmi.commands import import_table
-from corexy_fmi.commands.places import file_place, keep_apart
+from corexy_fmi.commands.places import OutOption, keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, point, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
@@ -22,9 +22,6 @@ from corexy_fmi.resonance import NEW, OLD, changed
 app = typer.Typer(no_args_is_help=True)
 app.command("csv")(import_table.csv)
 app.command("mat")(import_table.mat)
-OutOption = Annotated[
-    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
-]
 CentreOption = Annotated[
     str, typer.Option("--centre", "--center", metavar="X,Y", help="The stage's centre [m].")
 ]

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from corexy_fmi.commands.places import file_place, keep_apart
+from corexy_fmi.commands.places import OutOption, keep_apart
 from corexy_fmi.commands.screen import ASSUMED, MachineOption, label, say
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine, load_machine
@@ -24,9 +24,6 @@ MapOption = Annotated[
 AboutOption = Annotated[
     list[str] | None,
     typer.Option("--about", metavar="KEY:VALUE", help="A line of metadata; repeat."),
-]
-OutOption = Annotated[
-    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
 ]
 
 

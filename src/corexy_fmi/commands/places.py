@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -17,6 +18,11 @@ def file_place(text: str | Path) -> Path:
     if not str(text):
         raise typer.BadParameter("found no name, expected a place to write")
     return Path(text)
+
+
+OutOption = Annotated[
+    Path, typer.Option(metavar="FILE.csv", help="Where the recording goes.", parser=file_place)
+]
 
 
 def folder_place(text: str | Path) -> Path:
