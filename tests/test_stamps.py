@@ -51,6 +51,14 @@ def test_the_even_clock_is_found_again(even, share):
     assert np.diff(found.time).min() > 0.9 * PERIOD
 
 
+def test_stamps_that_scatter_by_almost_half_a_period_are_put_back(even):
+    """Neighbours come within a fifth of a period there, or as far as where a row lacks."""
+    late = 4e-4 * np.random.default_rng(6).uniform(-1, 1, len(even))
+    found, scatter = with_even_stamps(replace(even, time=np.sort(even.time + late)))
+    assert scatter == pytest.approx(4e-4 / np.sqrt(3), rel=0.05)
+    assert np.std(found.time - even.time) < 2e-5
+
+
 def test_what_is_even_or_truly_uneven_stays_as_it_is(even):
     """The same scatter, in when the rows were taken."""
     uneven = taken(machine(), rich_motion(), "uneven.csv", 4, off=6e-5)

@@ -13,7 +13,8 @@ from benchmarks.shop.sensors import added, jittered
 from benchmarks.shop.simulator import simulate
 from benchmarks.shop.stage import LIGHT_BENCH as LIGHT
 from benchmarks.shop.stage import YIN2018 as YIN
-from benchmarks.shop.stage import Array, Numbers
+from benchmarks.shop.stage import Array, Faults, Numbers
+from benchmarks.shop.stage_cases import PLAYS
 
 Played = Callable[[int, Array, Array], Array]
 TOOTH = np.radians(24.0)  # 15 teeth round
@@ -76,8 +77,11 @@ def _begun_late() -> list[Run]:
     return found
 
 
-def _thinned() -> list[Run]:
-    return [Run(*(part[::5] for part in run)) for run in driven(LIGHT, motions.usual())]
+def _thinned(faults: Faults | None = None) -> Callable[[], list[Run]]:
+    """Every fifth row of what was played."""
+    return lambda: [
+        Run(*(part[::5] for part in run)) for run in driven(LIGHT, motions.usual(), faults)
+    ]
 
 
 def _scattered_stamps() -> list[Run]:
@@ -108,7 +112,13 @@ CASES = (
     Case("quarter_step", "light_bench", "The drivers stand at quarter steps.",
          outside("motors motor1 motor2"), _quarter_steps),
     Case("log100Hz", "light_bench", "Nothing; the log has a row every 10 ms.", nothing(),
-         _thinned),
+         _thinned()),
+    Case("log100Hz_sticks", "light_bench", "y breaks away at 1.8 times its friction; a row every "
+         "10 ms.", named("y", [("stribeck_friction", "y")]),
+         _thinned(Faults(breakaway=(1, 1.8), fades=0.004))),
+    Case("log100Hz_play", "light_bench", "Play of 15 mrad at both motors; a row every 10 ms.",
+         PLAYS,
+         _thinned(Faults(play=(0.015, 0.015)))),
     Case("stamp_jitter", "light_bench", "Nothing; the log's stamps scatter by 0.8 ms.", nothing(),
          _scattered_stamps),
     Case("slow_clock_jit", "yin2018", "The sensor's clock is off by 0.04 %, its samples scatter by "

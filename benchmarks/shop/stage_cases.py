@@ -134,6 +134,7 @@ CASES = (
            named("motor1", [PLAY1, ("constant_force", "y")], [PLAY1]), _tilted_play),
     Case("print_play12", "light_bench", "Play of 15 mrad at both motors; it moves as a printer.",
          PLAYS, _of(LIGHT, Faults(play=(0.015, 0.015)), motions.printing)),
+    _light("play_both", "Play of 15 mrad at both motors.", PLAYS, Faults(play=(0.015, 0.015))),
     Case("play2_delay", "yin2018", "Play of 20 mrad at motor 2, and samples 5 ms late.",
          LATE_PLAY, _of(YIN, Faults(play=(-1.0, 0.02))), sensor=late((5e-3,) * 3)),
     Case("retensioned", "light_bench", "The belts were tightened after train1: 25 % stiffer.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from corexy_fmi.engine.data.given import (
     whole_runs,
 )
 from corexy_fmi.engine.evidence import Evidence
-from corexy_fmi.engine.fitting import clean, resolution
+from corexy_fmi.engine.fitting import between_rows, clean, resolution
 from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.fitting.retune import quick, retune
 from corexy_fmi.engine.judging.judge import judge
@@ -29,8 +30,8 @@ from corexy_fmi.engine.judging.prove import Proof
 from corexy_fmi.engine.judging.repeats import as_rows
 from corexy_fmi.engine.judging.verdict import Verdict
 from corexy_fmi.engine.naming.candidates import instances
+from corexy_fmi.engine.naming.curved import compete_on_curves
 from corexy_fmi.engine.naming.entries import Competition
-from corexy_fmi.engine.naming.name import compete
 from corexy_fmi.engine.naming.screen import bounds
 from corexy_fmi.engine.naming.smooth import with_smooth_law
 from corexy_fmi.engine.places.family import within_family
@@ -95,8 +96,9 @@ def diagnose(
         tell("retuning the nominal parameters", 0.05)
         used = tuple(excerpts(runs))
         base = retune(layout, machine, used, mapper)
-        shares = iter((0.2, 0.6))
-        competition = compete(base, mapper, lambda text: tell(text, next(shares)), without)
+        shares = chain((0.2, 0.6), repeat(0.7))
+        competition = compete_on_curves(base, mapper, lambda t: tell(t, next(shares)), without)
+        kept, whole = (between_rows.alike(r, competition.retuned) for r in (kept, whole))
         tell("asking every place for a law", 0.83)
         found = sites(competition, mapper)
         competition = with_times(with_spot(competition, found, mapper), found, mapper)
@@ -113,8 +115,9 @@ def diagnose(
         paper = _document(
             verdict, competition, fit, proof, reached, leads, machine, machine_assumed, weak
         )
-        alone = clean.told(used, competition.retuned.problem.runs)
-        told_first = [*findings, *more, *begins, *alone, *resolution.told(competition.retuned)]
+        base = competition.retuned
+        alone = [*clean.told(used, base.problem.runs), *between_rows.told(base)]
+        told_first = [*findings, *more, *begins, *alone, *resolution.told(base)]
         paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
         if loops := as_rows(proof):
             paper["repeats"] = loops

@@ -89,7 +89,8 @@ def even(errors: Array, time: Array) -> tuple[Array, float]:
 @dataclass(frozen=True, eq=False)
 class Run:
     """One recording, or the part of it in use: excitation, samples, and its role; ``pace`` is the
-    fastest speed [m/s] that is commanded where it begins in motion, else 0.
+    fastest speed [m/s] that is commanded where it begins in motion, else 0; ``curved``: its angles
+    are led smoothly through the rows that command them.
     """
 
     name: str
@@ -98,6 +99,7 @@ class Run:
     excitation: Excitation
     samples: tuple[Samples, ...]
     pace: float = 0.0
+    curved: bool = False
 
     @property
     def outputs(self) -> tuple[str, ...]:
