@@ -5,6 +5,7 @@ import pytest
 from benchmarks.shop import __main__ as shop
 from benchmarks.shop import case as cases_of
 from benchmarks.shop import grade, page, store
+from benchmarks.shop.cases import CASES
 
 PLAY, DELAY = ("backlash", "motor1"), ("sensor_delay", "sensor")
 NULL, OUTSIDE = cases_of.nothing(), cases_of.outside("belts")

@@ -16,11 +16,10 @@ from corexy_fmi.engine.fitting.starts import astray, centred
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.candidates import finer
 from corexy_fmi.engine.naming.entries import Entry, entry_of
-from corexy_fmi.engine.naming.search import CLOSE, rank
+from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.call import Array
 
-LEADERS, SHAKE, AGAIN = 3, 1.0, 8  # entries fitted again, from how far beside, iterations
-ELSEWHERE = 0.5  # share of the first one's gain that its effect has at another place, to go on
+SHAKE, AGAIN = 1.0, 8  # from how far beside, iterations
 BETTER = 1.0  # [nats] that it must gain to be taken
 ASTRAY = 1.5  # prior standard deviations of a nominal parameter
 
@@ -127,14 +126,6 @@ def shaken(fit: Fit, mapper: Mapper) -> Fit:
     return settle(found) if found.cost < fit.cost - BETTER else fit
 
 
-def leaders(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
-    """The entries with those in the lead fitted again from beside their ends, best first."""
-    named = [e for e in entries if e.hypothesis.uses]
-    ahead = [e for e in named if _leads(e, named[0])]
-    again = {id(e): entry_of(base, shaken(e.fit, mapper)) for e in ahead[:LEADERS] if e.gain > 0}
-    return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
-
-
 def matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:
     """The retuned machine begun again where the winner ended, and what all gain over that."""
     if not entries:
@@ -143,9 +134,3 @@ def matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:
     lost = base.cost - again.cost
     first = entry_of(base, fine(entries[0].fit))
     return again, [replace(e, gain=e.gain - lost) for e in (first, *entries[1:])]
-
-
-def _leads(entry: Entry, first: Entry) -> bool:
-    """Whether an entry is close to the first, or is its effect at another place."""
-    same = [n for n, _ in entry.hypothesis.key] == [n for n, _ in first.hypothesis.key]
-    return entry.gain > first.gain - CLOSE or (same and entry.gain > ELSEWHERE * first.gain)

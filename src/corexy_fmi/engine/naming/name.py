@@ -13,7 +13,6 @@ from corexy_fmi.engine.fitting.fit import Fit, Mapper
 from corexy_fmi.engine.fitting.rough import softened
 from corexy_fmi.engine.naming.again import (
     by_parity,
-    leaders,
     matched,
     recentred,
     refined,
@@ -35,6 +34,7 @@ from corexy_fmi.engine.naming.entries import (
 from corexy_fmi.engine.naming.forms import at_forms
 from corexy_fmi.engine.naming.jointly import jointly
 from corexy_fmi.engine.naming.kindred import kindred, with_kindred
+from corexy_fmi.engine.naming.leaders import leaders
 from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.engine.naming.pairs import pairs, paying
