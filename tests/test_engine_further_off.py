@@ -2,13 +2,31 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from engine_kit import BACKLASH, NOISE, fitted, machine, problem, record, rich_motion, with_effects
+from engine_kit import (
+    BACKLASH,
+    NOISE,
+    fitted,
+    machine,
+    other_motion,
+    problem,
+    record,
+    rich_motion,
+    with_effects,
+)
 
+from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.fitting.starts import astray
 from corexy_fmi.engine.judging import further_off
-from corexy_fmi.engine.judging.further_off import FAR, beside_retuned, explains_as_much
+from corexy_fmi.engine.judging.further_off import (
+    FAR,
+    STRANGE,
+    another_machine,
+    beside_retuned,
+    explains_as_much,
+)
 from corexy_fmi.engine.judging.verdict import Verdict
 from corexy_fmi.engine.naming.entries import entry_of
 from corexy_fmi.kernel.layout import bundled_layout
@@ -67,3 +85,31 @@ def test_what_is_said_then(monkeypatch, verdict, word, classes):
     assert (found.word, found.classes) == (word, classes)
     monkeypatch.setattr(further_off, "explains_as_much", lambda retuned, best: False)
     assert beside_retuned(verdict, SimpleNamespace(retuned=None)) is verdict
+
+
+@pytest.mark.parametrize(("far", "word"), [(4, "explained"), (5, "unexplained")])
+def test_a_cause_beside_which_most_of_the_file_is_wrong_is_none(monkeypatch, far, word):
+    """Two guessed frictions may be far off; of another machine's file most is."""
+    off = np.where(np.arange(8) < far, 1.1, 0.9) * FAR
+    monkeypatch.setattr(further_off, "pulls", lambda fit: off)
+    cause = SimpleNamespace(fit=None, hypothesis=SimpleNamespace(label="backlash"))
+    found = another_machine(Verdict("explained", cause))
+    assert found.word == word
+    assert STRANGE == 0.5
+    assert word == "explained" or (
+        found.reason
+        == "beside backlash, 5 of 8 nominal parameters are beyond 3 sigma: the machine "
+        "file would be another machine's"
+    )
+
+
+def test_the_file_of_another_machine_makes_no_cause_sure():
+    truth = machine("light_bench")
+    files = [
+        [record(truth, motion, name, seed=n)]
+        for n, (motion, name) in enumerate(
+            ((rich_motion(), "train.csv"), (other_motion(), "judge.csv"))
+        )
+    ]
+    document = diagnose(*files, machine("yin2018"), jobs=2).document
+    assert document["verdict"] not in ("explained", "ambiguous")

@@ -99,8 +99,15 @@ def astray(fit: Fit) -> float:
     """How far the nominal parameters of a fit are off the machine file at most, in prior
     standard deviations.
     """
+    return float(max(pulls(fit), default=0.0))
+
+
+def pulls(fit: Fit) -> Array:
+    """How far each nominal parameter of a fit is off the machine file, in prior standard
+    deviations.
+    """
     known = fit.problem.unknowns[: fit.problem.nominal_count]
-    return max((abs(fit.u[k]) / x.prior_std for k, x in enumerate(known)), default=0.0)
+    return np.array([abs(fit.u[k]) / x.prior_std for k, x in enumerate(known)])
 
 
 def centred(fit: Fit) -> Array:

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from corexy_fmi.engine.fitting.fit import Fit, minimise
 from corexy_fmi.engine.fitting.looser import ROUNDS, loose
-from corexy_fmi.engine.fitting.starts import astray
+from corexy_fmi.engine.fitting.starts import astray, pulls
+from corexy_fmi.engine.judging.doubt import incomplete
 from corexy_fmi.engine.judging.verdict import Verdict
 from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.naming.search import penalty, samples_of
 
 FREE = 30.0  # times as wide priors, which tell next to nothing
+STRANGE = 0.5  # share of them beyond that makes it another machine's file
 FAR = 3.0  # prior deviations of a nominal parameter, beyond which the file is doubted (CONTRACT 4)
 
 
@@ -48,6 +52,20 @@ def explains_as_much(retuned: Fit, best: Entry) -> bool:
     starts = (retuned.u, problem.carried(own, best.fit.u))
     least = min(_of_data(minimise(problem, u, ROUNDS)) for u in starts)
     return least < _of_data(best.fit) + penalty(own, samples_of(best.fit)) + THRESHOLD
+
+
+def another_machine(verdict: Verdict) -> Verdict:
+    """A cause beside which most nominal parameters lie where no file of this machine would have
+    them: it may be another machine's file, and the cause what that cannot be retuned to.
+    """
+    best = verdict.entry
+    if best is None or verdict.word not in ("explained", "ambiguous"):
+        return verdict
+    off = pulls(best.fit)
+    if np.mean(off > FAR) <= STRANGE:
+        return verdict
+    told = f"{int((off > FAR).sum())} of {len(off)} nominal parameters are beyond {FAR:.0f} sigma"
+    return incomplete(verdict, f"{told}: the machine file would be another machine's")
 
 
 def _of_data(fit: Fit) -> float:

@@ -21,7 +21,7 @@ from corexy_fmi.engine.judging.doubt import (
     unfinished,
     with_curve,
 )
-from corexy_fmi.engine.judging.further_off import beside_retuned
+from corexy_fmi.engine.judging.further_off import another_machine, beside_retuned
 from corexy_fmi.engine.judging.local import is_local, last_parts
 from corexy_fmi.engine.judging.model import tuned_machine
 from corexy_fmi.engine.judging.predict import carried
@@ -66,7 +66,7 @@ def judge(
     if _final(competition, verdict) is not fit:
         fit = _final(competition, verdict)
         proof = _prove(layout, machine, competition, fit, kept, whole)
-    verdict = beside_retuned(verdict, competition)
+    verdict = another_machine(beside_retuned(verdict, competition))
     guarded = _guarded(proof, weak, verdict, competition.retuned, fit, sites, beside)
     guarded = replace(guarded, sites=tuple(sites))
     if _final(competition, guarded) is not fit:
