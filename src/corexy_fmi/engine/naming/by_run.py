@@ -1,7 +1,8 @@
 """Scores of what belongs to one recording: each recording is scored alone.
 
-A wave has one amplitude and a phase for each recording; a jump has a size and a time for each, the
-time narrowed down around the best start.
+A wave has one amplitude and a phase for each recording; its frequency is narrowed down around the
+best ones, for where a guide sticks most of the time the spectrum shows it beside itself.  A jump
+has a size and a time for each, the time narrowed down around the best start.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from corexy_fmi.engine.naming.spread import Spread, combinations, combined, phas
 from corexy_fmi.kernel.call import LANES, Array
 from corexy_fmi.kernel.layout import Instance
 
+NEARER, HEARD = 2, 15.0  # frequencies that are narrowed down; [nats] that each gains at least
+WIDE, APART, MOST = 1.5, 0.5, 6  # waves of a run by which one may be off; between two; of them
 ZOOMS, SHOWS = 2, 3.0  # rounds that narrow a time down; [nats] by which a run shows its own part
 
 
@@ -41,8 +44,23 @@ def by_run(
     score = _waves if phase_of(instance) else _jumps
     found = []
     for rows in shared.values():
-        found.append((yield from score(beyond, problem, instance, u, rows)))
-    return sorted(found, key=lambda s: -s.gain)
+        found.append(((yield from score(beyond, problem, instance, u, rows)), rows))
+    tone = next((p.name for p in instance.effect.parameters if p.over == "frequency"), "")
+    ahead = sorted(found, key=lambda one: -one[0].gain)[: NEARER if tone else 0]
+    for best, rows in ahead:
+        for frequency in _beside(problem, rows[0][tone]) if best.gain > HEARD else ():
+            near = [{**row, tone: frequency} for row in rows]
+            found.append(((yield from score(beyond, problem, instance, u, near)), near))
+    return sorted((score for score, _ in found), key=lambda s: -s.gain)
+
+
+def _beside(problem: Problem, frequency: float) -> list[float]:
+    """Frequencies [Hz] around one that a spectrum shows, as far as its peak is wide."""
+    lengths = [float(np.ptp(run.excitation.time)) for run in problem.runs]
+    wide = WIDE / min(lengths)
+    steps = min(int(np.ceil(wide * max(lengths) / APART)), MOST)
+    offsets = np.linspace(-wide, wide, 2 * steps + 1)
+    return [frequency + float(d) for d in offsets if d and frequency + d > 0]
 
 
 def _waves(
