@@ -51,7 +51,7 @@ def test_nothing_is_narrowed_down_where_nothing_is_heard(base, monkeypatch):
 
 
 def test_frequencies_beside_one_cover_its_peak(base):
-    """As wide as `WIDE` waves of the shortest run, `APART` of the longest, at most `MOST` a side."""
+    """`WIDE` waves of the shortest run either way, `APART` of the longest, at most `MOST`."""
     near = np.array(by_run._beside(base.problem, FREQUENCY))
     assert len(near) == 2 * by_run.WIDE / by_run.APART
     length = float(np.ptp(base.problem.runs[0].excitation.time))
