@@ -90,6 +90,19 @@ def test_a_curve_meets_every_row_and_keeps_the_samples():
     assert smooth(curved) is curved
 
 
+def test_an_angle_that_is_told_now_and_then_is_led_through_those_rows():
+    """Behind its last one it stays, but for what a spline's corner rings."""
+    time = np.arange(0, 1, 1e-3)
+    wave = np.where(np.arange(1000) % 20 == 0, np.sin(6 * time), np.nan)
+    wave[861:] = np.nan
+    channels = {"phi1": wave, "phi2": 0 * time, "x": 0.1 * time, "y": 0.1 * time}
+    curved = smooth(make_run(Recording("wave.csv", time, channels), machine(), "train"))
+    course = curved.excitation.input1
+    early = curved.excitation.time < 0.6
+    assert np.abs(course - np.sin(6 * curved.excitation.time))[early].max() < 1e-5
+    assert np.abs(course[5 * 865 :] - course[-1]).max() < 1e-6
+
+
 def test_held_voltages_and_references_are_no_curves():
     order = record(machine("yin2018_dc"), other_motion())
     run = make_run(order, machine("yin2018_dc"), "train")

@@ -23,7 +23,7 @@ from corexy_fmi.recording.record import ANGLES
 
 PARTS = 5  # rows in place of one
 PLAIN = 12.0  # [nats] that a curve must gain at least
-SEEN = 1.5  # [nats] that it must change at least to do so
+SEEN = PLAIN / 2  # [nats] that it must change in the response at least to do so
 ALL, SIGMAS = 0.3, 3.0  # how far from 1 the share of it may be that samples hold, or by its scatter
 
 
@@ -94,6 +94,8 @@ def _course(run: Run, name: str, values: Array, time: Array) -> Array:
 
     given = run.recording.channels.get(name, values)
     known = np.isfinite(given)
+    first, last = np.flatnonzero(known)[[0, -1]]
+    known[:first] = known[last:] = True  # before and behind them an angle stays as it is
     return np.asarray(CubicSpline(run.excitation.time[known], values[known])(time))
 
 
@@ -108,7 +110,10 @@ def _held(fit: Fit) -> bool:
     """Whether samples hold what curves would change in the response as it is: a share near 1 of
     it, beside any change of the fit's unknowns, that gains more than `PLAIN`.
     """
-    curved = replace(fit.problem, runs=_smoothed(fit)).residual(fit.u[None])[0]
+    runs = _smoothed(fit)
+    if not any(a is not b for a, b in zip(runs, fit.problem.runs, strict=True)):
+        return False
+    curved = replace(fit.problem, runs=runs).residual(fit.u[None])[0]
     change = fit.residual - curved
     if not np.isfinite(curved).all() or costs(change[None])[0] < SEEN:
         return False
