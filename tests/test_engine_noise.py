@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.data.samples import Samples, make_run, split_in_time
-from corexy_fmi.engine.fitting.clean import spikes, told, without_spikes
+from corexy_fmi.engine.fitting.clean import STARK, spikes, told, without_spikes
 from corexy_fmi.engine.fitting.noise import (
     Noise,
     estimate,
@@ -305,6 +305,14 @@ def test_a_spike_hides_no_spike_near_it(apart, second, gap):
     errors[200], errors[200 + apart] = 10.0, second
     pair = [] if apart == 1 and second > 0 else [200, 200 + apart]
     assert np.flatnonzero(spikes(errors, time)).tolist() == pair
+
+
+@pytest.mark.parametrize(("size", "seen"), [(5.0, []), (20.0, [200, 201])])
+def test_two_alike_far_enough_off_are_no_peak_of_a_place(size, seen):
+    """2 mm for two samples, at 500 Hz, in noise of 20 um: 500 m/s^2 there and back."""
+    errors = 0.1 * np.random.default_rng(2).normal(size=400)
+    errors[200:202] += size
+    assert np.flatnonzero(spikes(errors, clock(400), 0.0, STARK)).tolist() == seen
 
 
 def test_counts_that_differ_in_their_last_bits_are_one_step():

@@ -50,7 +50,7 @@ CASES = (
     Case("camera_blur", "light_bench", "A camera at 62 Hz, exposed all the time.", SMOOTHED,
          _light, sensor=sensors.exposed(8), every=8),
     Case("hold_light", "light_bench", "Samples at 42 Hz, repeated in a log at 500 Hz.",
-         outside("sensor"), _light, exact, sensors.held(12)),
+         outside("sensor", also=NOTHING), _light, exact, sensors.held(12)),
     _of("y_sensor_late", "yin2018", "The sensor of y is 5 ms late, that of x is not.",
         outside("sensor y"), sensors.late((5e-3,) * 3, axes=(1,))),
     _of("delay_varies", "yin2018", "Samples are late by 4, 12 and 4 ms, by recording.",

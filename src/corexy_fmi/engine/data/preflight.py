@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from corexy_fmi.engine.data.held import repeats
 from corexy_fmi.engine.data.wiring import FEW, IDENTITY, Map, driven, fitted, orientation, predicted
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.kernel.call import Array
@@ -77,8 +78,7 @@ def check(recording: Recording, machine: Machine) -> tuple[Recording, list[Findi
     if response is None or not driven(response):
         return recording, []
     bench = _Bench(recording, machine, response)
-    steps: tuple[Check, ...] = (_dead, _command_unit, _silent_motor, _pairs, _radius, _clipped)
-    found = [finding for step in steps for finding in step(bench)]
+    found = [finding for step in STEPS for finding in step(bench)]
     return bench.recording, found
 
 
@@ -236,6 +236,21 @@ def _clipped(bench: _Bench) -> list[Finding]:
     return findings
 
 
+def _held(bench: _Bench) -> list[Finding]:
+    """Samples of places that only repeat the one before: they are left out."""
+    findings = []
+    for channel in (n for pair in (PAIRS[0], PAIRS[3]) for n in pair if n in bench.recording):
+        values = bench.recording[channel]
+        again = repeats(values, bench.response[channel]) if channel in bench.response else []
+        if np.any(again):
+            bench.put(**{channel: np.where(again, np.nan, values)})
+            count, whole = int(np.sum(again)), int(np.isfinite(values).sum())
+            text = f"{count} of {whole} samples of {channel} only repeat the one before"
+            fix = "Log a blank where the sensor has nothing new; they are left out here."
+            findings.append(bench.say(text, fix))
+    return findings
+
+
 def _cut(values: Array, course: Array) -> float | None:
     """The extreme at which a channel (n,) is held while its predicted course (n,) goes on."""
     seen = np.isfinite(values)
@@ -255,3 +270,8 @@ def _next_level(values: Array, level: float) -> int:
     rest = values[values != level]
     nearest = rest[np.argmin(np.abs(rest - level))] if len(rest) else level
     return int((values == nearest).sum())
+
+
+STEPS: tuple[Check, ...] = (
+    _dead, _command_unit, _silent_motor, _pairs, _radius, _clipped, _held,
+)  # fmt: skip

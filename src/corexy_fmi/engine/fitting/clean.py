@@ -15,6 +15,7 @@ from corexy_fmi.kernel.call import Array
 FAR = 6.0  # robust standard deviations of a sample against the mean of its neighbours
 OFF = 0.5  # share of that by which it is off the course of either side
 ON = 2.5  # distances of two samples for which their line goes on
+STARK = 10.0  # times that, beyond which two of a place are no peak: nothing gets there and back
 ROUNDING = 2.0  # steps of a sensor within which neighbours may be rounded apart
 MATES = (  # how far two spikes are apart, and the samples around the later and the earlier one
     (1, (-3, -2, 1, 2), (-2, -1, 2, 3)),
@@ -22,15 +23,17 @@ MATES = (  # how far two spikes are apart, and the samples around the later and 
 )
 BEYOND, NEAR = 2, 5  # samples thought behind an end; of which they have the median
 LOCAL = 16  # samples whose spread counts at an end, where it is larger
+PLACES = ("x", "y")
 MANY = 0.02  # share of samples above which they are no spikes
 
 
-def spikes(errors: Array, time: Array, step: float = 0.0) -> np.ndarray:
+def spikes(errors: Array, time: Array, step: float = 0.0, stark: float = np.inf) -> np.ndarray:
     """True (m,) where an error stands alone: far off the line between its neighbours, and off the
     course of both sides, all by the samples' time (m,); or where two do so without each other, one
-    sample apart, or side by side on either side of the course.  A step, a kink or a peak of several
-    samples is physics.  What is within two ``step`` of the sensor may be its rounding.  Beyond
-    both ends the course is thought to go on as the median of the last few samples.
+    sample apart, or side by side on either side of the course, or on one side ``stark`` times as
+    far off as one alone need be.  A step, a kink or a peak of several samples is physics.  What is
+    within two ``step`` of the sensor may be its rounding.  Beyond both ends the course is thought
+    to go on as the median of the last few samples.
     """
     if len(errors) < 5:
         return np.zeros(len(errors), dtype=bool)
@@ -41,7 +44,7 @@ def spikes(errors: Array, time: Array, step: float = 0.0) -> np.ndarray:
     least = np.full(len(errors) + 2 * BEYOND, _spread(off))
     for end, part in ((slice(2 * BEYOND), off[:LOCAL]), (slice(-2 * BEYOND, None), off[-LOCAL:])):
         least[end] = max(_spread(off), _spread(part))
-    found = _standing(*_continued(errors, time), np.maximum(FAR * least, ROUNDING * step))
+    found = _standing(*_continued(errors, time), np.maximum(FAR * least, ROUNDING * step), stark)
     return found[BEYOND:-BEYOND]
 
 
@@ -60,13 +63,15 @@ def _continued(errors: Array, time: Array) -> tuple[Array, Array]:
     )
 
 
-def _standing(errors: Array, time: Array, least: Array) -> np.ndarray:
+def _standing(errors: Array, time: Array, least: Array, stark: float) -> np.ndarray:
     """True (m,) where an error stands alone, or two do, by more than ``least`` (m,)."""
     found = _alone(errors, time, (-2, -1, 1, 2), least) != 0
     for apart, late, early in MATES:
         later, earlier = (_alone(errors, time, around, least) for around in (late, early))
         both = later[apart:] * earlier[:-apart]
-        first = np.flatnonzero(both != 0 if apart > 1 else both < 0)
+        size = np.minimum(np.abs(later[apart:]), np.abs(earlier[:-apart]))
+        alike = (both > 0) & (size > stark * least[:-apart])
+        first = np.flatnonzero((both != 0) if apart > 1 else (both < 0) | alike)
         found[first + 1] = False  # what lies between two of one side looks like one
         found[first] = found[first + apart] = True
     return found
@@ -111,7 +116,9 @@ def without_spikes(fit: Fit) -> tuple[Run, ...]:
         errors = fit.problem.errors(fit.u[None], r)
         kept: list[Samples] = []
         for samples, e in zip(run.samples, errors, strict=True):
-            bad = spikes(e[0], run.excitation.time[samples.index], least_step(samples))
+            far = STARK if samples.channel in PLACES else np.inf
+            time = run.excitation.time[samples.index]
+            bad = spikes(e[0], time, least_step(samples), far)
             kept.append(samples.without(bad) if 0 < bad.mean() <= MANY else samples)
         runs.append(run.with_samples(tuple(kept)))
     return tuple(runs)
