@@ -239,10 +239,11 @@ def _clipped(bench: _Bench) -> list[Finding]:
 def _held(bench: _Bench) -> list[Finding]:
     """Samples of places that only repeat the one before: they are left out."""
     findings = []
-    for channel in (n for pair in (PAIRS[0], PAIRS[3]) for n in pair if n in bench.recording):
+    places = (n for pair in (PAIRS[0], PAIRS[3]) for n in pair)
+    for channel in (n for n in places if n in bench.recording and n in bench.response):
         values = bench.recording[channel]
-        again = repeats(values, bench.response[channel]) if channel in bench.response else []
-        if np.any(again):
+        again = repeats(values, bench.response[channel])
+        if again.any():
             bench.put(**{channel: np.where(again, np.nan, values)})
             count, whole = int(np.sum(again)), int(np.isfinite(values).sum())
             text = f"{count} of {whole} samples of {channel} only repeat the one before"
