@@ -12,6 +12,7 @@ from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.entries import entry_of
 from corexy_fmi.engine.naming.one_noise import under_one_noise
+from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -69,3 +70,17 @@ def test_alike_ones_stay_as_they_are():
     base, (_, right) = tied()
     assert under_one_noise(base, [right, right], map) == (base, [right, right])
     assert under_one_noise(base, [], map) == (base, [])
+
+
+def test_a_cause_that_takes_more_for_noise_than_nothing_does_gains_nothing_by_it():
+    """Under a noise three times as loud, which the errors of nothing were not allowed."""
+    base, (wrong, _) = tied()
+    loud = tuple(
+        tuple(replace(n, innovation=3 * n.innovation, marginal=3 * n.marginal) for n in models)
+        for models in base.problem.noise
+    )
+    fit = replace(wrong.fit, problem=replace(wrong.fit.problem, noise=loud))
+    _, [judged] = under_one_noise(base, [replace(wrong, fit=fit, gain=1000.0)], map)
+    assert judged.fit.problem.noise == base.problem.noise
+    assert judged.gain == pytest.approx(base.cost - rank(judged.fit))
+    assert judged.gain < 500
