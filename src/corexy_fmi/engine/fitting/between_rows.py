@@ -32,11 +32,13 @@ def led(base: Fit, beside: Fit, mapper: Mapper) -> Fit:
     or one with a cause ``beside``) leaves of the samples asks for just that; else as it is.
     """
     rows = PARTS * sum(len(run.excitation.time) for run in base.problem.runs)
-    if rows > LONG or not _held(beside) or _refitted(beside).cost > beside.cost - PLAIN:
+    if rows > LONG or not _held(beside):
         return base
-    runs = _smoothed(base)
-    anew = retune(base.problem.layout, base.problem.machine, runs, mapper)
-    return best([anew, _refitted(base)])
+    again = _refitted(beside)
+    if again.cost > beside.cost - PLAIN:
+        return base
+    anew = retune(base.problem.layout, base.problem.machine, _smoothed(base), mapper)
+    return best([anew, again if beside is base else _refitted(base)])
 
 
 def alike(runs: Sequence[Run], base: Fit) -> list[Run]:
