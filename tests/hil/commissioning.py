@@ -21,7 +21,6 @@ from corexy_fmi.commands import hil_diagnose
 from corexy_fmi.commands.hil_diagnose import commission
 from corexy_fmi.commands.hil_run import Setup
 from corexy_fmi.hil.board import Board
-from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import EffectUse
 from tests.hil.rig import Rig, RigLines, Stage, yin
@@ -58,7 +57,7 @@ def commissioned(case: Concealed, out: Path, experiments: int, jobs: int = 1) ->
     effects = () if case.effect is None else (case.effect,)
     with Rig(Stage(replace(yin(), effects=effects)), tracker_rate=100.0) as rig:
         rig.noise = np.random.default_rng(case.seed), case.noise
-        setup = Setup(yin(), None, Allowed(), "rig", out, "rig", True, True, False, 24.0)
+        setup = Setup(machine=yin(), port="rig", out=out, tracker="rig", centred=True, arm=True)
         return commission(setup, Board(rig), Tracker(RigLines(rig)), jobs, experiments)
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.drive import Drive, Log, Watcher
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.motions import with_approach
-from corexy_fmi.hil.protocol import SEGMENT, WORD, Cause, Type
-from corexy_fmi.hil.segments import Plan, Segment, check, step_ticks
+from corexy_fmi.hil.protocol import SEGMENT, WORD, Cause, Status, Type
+from corexy_fmi.hil.segments import Plan, Segment, check
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.motion import command
 from corexy_fmi.recording import Recording
@@ -44,11 +45,29 @@ def bench(rig: Rig, shape: Rectangle = SHAPE, allowed: Allowed | None = None) ->
     board = Board(rig)
     scale = Scale.of(board.connect(), machine, STEPS)
     limits = Limits.of(machine, scale, allowed or Allowed())
-    status = board.prepare(limits, centred=True)
+    status = prepare(board, limits)
     order = command(shape.motion, scale.radius)
     plan, begin = with_approach(order, scale, status.counts)
     check(plan, limits)
     return Bench(rig, board, scale, limits, plan, begin, Tracker(RigLines(rig)))
+
+
+def prepare(board: Board, limits: Limits, centred: bool = True) -> Status:
+    """Limits set, and where it stands known."""
+    board.configure(limits)
+    return board.located(centred)
+
+
+def step_ticks(plan: Plan, motor: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Tick and direction of every step that the firmware will emit, both (steps,)."""
+    ticks, signs = [], []
+    for segment, tick, start in zip(plan.segments, plan.ticks, plan.positions, strict=False):
+        p = start[motor] + segment[1 + motor] * np.arange(segment.ticks + 1)
+        moved = np.diff(p // plan.scale.one)
+        where = np.flatnonzero(moved)
+        ticks.append(tick + 1 + where)
+        signs.append(moved[where])
+    return np.concatenate(ticks), np.concatenate(signs)
 
 
 def order_of(shape: Rectangle = SHAPE) -> Recording:

@@ -23,7 +23,7 @@ from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.recording import Recording
 from tests.hil.dc_rig import COUNTS, SUPPLY, DcRig
-from tests.hil.kit import SHAPE
+from tests.hil.kit import SHAPE, prepare
 from tests.hil.rig import RigLines, fmu
 
 MACHINE = load_machine("yin2018_dc")
@@ -41,7 +41,7 @@ def drive(rig: DcRig) -> tuple[Log, Recording | None, Board]:
     board = Board(rig)
     scale = Scale.of(board.connect(), MACHINE, COUNTS)
     limits = Limits.of(MACHINE, scale, Allowed(jump=0.1))
-    status = board.prepare(limits, centred=True)
+    status = prepare(board, limits)
     board.command(Type.GAINS, Gains.of(MACHINE, scale, SUPPLY).pack())
     plan, begin = with_approach(command(SHAPE.motion, scale.radius), scale, status.counts)
     check(plan, limits)

@@ -22,7 +22,7 @@ from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle
 from tests.hil.dc_rig import COUNTS, PARTS, SUPPLY, DcRig
-from tests.hil.kit import give, wait
+from tests.hil.kit import give, prepare, wait
 from tests.hil.rig import RigLines
 
 MACHINE = load_machine("yin2018_dc")
@@ -41,7 +41,7 @@ def ready(rig: DcRig) -> tuple[Board, Scale]:
     board = Board(rig)
     scale = Scale.of(board.connect(), MACHINE, COUNTS)
     limits = replace(Limits.of(MACHINE, scale, Allowed(2.0, 20.0, 2.0)), x=10**6, y=10**6)
-    board.prepare(limits, centred=True)
+    prepare(board, limits)
     board.command(Type.GAINS, Gains.of(MACHINE, scale, SUPPLY).pack())
     return board, scale
 
@@ -124,7 +124,7 @@ def test_a_missed_edge_is_no_silent_loss(rig: DcRig) -> None:
 def test_a_runaway_is_cut_off_by_the_encoders_themselves(rig: DcRig) -> None:
     board = Board(rig)
     scale = Scale.of(board.connect(), MACHINE, COUNTS)
-    board.prepare(Limits.of(MACHINE, scale, Allowed()), centred=True)
+    prepare(board, Limits.of(MACHINE, scale, Allowed()))
     board.command(Type.GAINS, Gains.of(MACHINE, scale, SUPPLY).pack())
     board.command(Type.ARM)
     goal = 0
@@ -142,7 +142,10 @@ def test_a_runaway_is_cut_off_by_the_encoders_themselves(rig: DcRig) -> None:
 def test_the_command_drives_a_dc_board(rig: DcRig, tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     allowed = Allowed(jump=0.1)
-    setup = Setup(MACHINE, None, allowed, "rig", out, "rig", True, True, False, SUPPLY)
+    setup = Setup(
+        machine=MACHINE, port="rig", out=out, allowed=allowed, tracker="rig", centred=True,
+        arm=True, supply=SUPPLY,
+    )  # fmt: skip
     order = command(Rectangle(0.005, 0.004, 0.039).motion, 5e-3)
     made = drive_on(setup, Board(rig), order, Tracker(RigLines(rig)))
     assert made is not None

@@ -12,7 +12,6 @@ from corexy_fmi.commands import hil_diagnose
 from corexy_fmi.commands.hil_diagnose import HOLDOUT, TRAIN, commission, result_files
 from corexy_fmi.commands.hil_run import Setup
 from corexy_fmi.hil.board import Board
-from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import EffectUse, Machine, load_machine
 from corexy_fmi.motion import chain, line, rest
@@ -78,7 +77,7 @@ def commission_with(
 ) -> dict[str, Any]:
     monkeypatch.setattr(hil_diagnose, "write_diagnosis", oracle)
     monkeypatch.setattr(hil_diagnose, "shapes", lambda machine: SMALL)
-    setup = Setup(yin(), None, Allowed(), "rig", out, "rig", True, True, False, 24.0)
+    setup = Setup(machine=yin(), port="rig", out=out, tracker="rig", centred=True, arm=True)
     return commission(setup, Board(rig), Tracker(RigLines(rig)), 1, 1)
 
 

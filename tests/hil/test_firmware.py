@@ -16,7 +16,7 @@ from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.protocol import PAIR, SEGMENT, Cause, Flag, State, Type
 from corexy_fmi.hil.segments import END, Segment
 from tests.hil.emulator import ROOT
-from tests.hil.kit import bench, give, jitter, start, wait
+from tests.hil.kit import bench, give, jitter, prepare, start, wait
 from tests.hil.rig import STEPS, Rig, yin
 
 SLOW = 1 << 27  # [2^-32 steps/tick] 781 steps/s
@@ -32,7 +32,7 @@ def armed(rig: Rig, allowed: Allowed | None = None) -> tuple[Board, Limits]:
     """A board with its limits set and its drivers on."""
     board = Board(rig)
     limits = Limits.of(yin(), Scale.of(board.connect(), yin(), STEPS), allowed or Allowed())
-    board.prepare(limits, centred=True)
+    prepare(board, limits)
     board.command(Type.ARM)
     return board, limits
 
@@ -97,9 +97,9 @@ def test_nothing_moves_unless_everything_is_known(rig: Rig) -> None:
     assert give(board, Segment(100, SLOW, 0)) is Cause.REFUSED_STATE
     limits = Limits.of(yin(), Scale.of(board.connect(), yin(), STEPS), Allowed())
     with pytest.raises(InputError, match="--centred"):
-        board.prepare(limits, centred=False)
+        prepare(board, limits, centred=False)
     rig.emulator.pin("B2", 1)
-    board.prepare(limits, centred=True)
+    prepare(board, limits)
     assert board.request(Type.ARM) is Cause.BY_LIMIT_SWITCH
     assert board.fresh_status().flags & Flag.SWITCH_Y
 

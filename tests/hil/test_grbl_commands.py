@@ -29,7 +29,7 @@ SMALL = Rectangle(0.008, 0.006, 0.039)
 def setup(tmp_path: Path) -> Setup:
     machine = load_machine("yin2018")
     out = tmp_path / "run.csv"
-    return Setup(machine, None, Allowed(), "wire", out, None, True, True, False, 24.0)
+    return Setup(machine=machine, port="wire", out=out, centred=True, arm=True)
 
 
 @pytest.fixture

@@ -19,7 +19,6 @@ from corexy_fmi.commands.hil_run import Setup
 from corexy_fmi.hil.grbl_drive import Drive
 from corexy_fmi.hil.grbl_link import BAUD, Link
 from corexy_fmi.hil.grbl_report import Family
-from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.hil.port import SerialPort
 from corexy_fmi.machine import load_machine
 from tests.hil.grbl_kit import SHAPE, order_of
@@ -32,7 +31,9 @@ pytestmark = pytest.mark.skipif(not PORT, reason="no COREXY_GRBL_PORT: a GRBL co
 def test_rectangle(tmp_path: Path, acceleration: float | None) -> None:
     machine, shape = load_machine("yin2018"), replace(SHAPE, loops=3, acceleration=acceleration)
     counts = 3200
-    setup = Setup(machine, counts, Allowed(), PORT, tmp_path / "r.csv", None, True, True, False, 0)
+    setup = Setup(
+        machine=machine, port=PORT, out=tmp_path / "r.csv", counts=counts, centred=True, arm=True
+    )
     made = execute_grbl(setup, order_of(shape))
     assert made is not None
     order = order_of(shape)

@@ -17,7 +17,6 @@ from corexy_fmi.commands.hil_run import STOPPED, Setup, drive_on
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.homing import Switches
-from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle
 from tests.hil.kit import wait
@@ -37,7 +36,7 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
 @pytest.fixture
 def setup(tmp_path: Path) -> Setup:
     out = tmp_path / "run.csv"
-    return Setup(yin(), None, Allowed(), "rig", out, None, False, True, False, 24.0, True, AT)
+    return Setup(machine=yin(), port="rig", out=out, arm=True, home=True, switches=AT)
 
 
 def test_home_is_dry_by_default() -> None:

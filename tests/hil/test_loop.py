@@ -12,10 +12,9 @@ from corexy_fmi.corners import corner_table
 from corexy_fmi.fmu.runner import run_fmu
 from corexy_fmi.hil.drive import Log
 from corexy_fmi.hil.record import recording
-from corexy_fmi.hil.segments import step_ticks
 from corexy_fmi.recording import Recording, read_recording, write_recording
 from corexy_fmi.simulate import simulate
-from tests.hil.kit import SHAPE, Bench, bench, jitter, order_of
+from tests.hil.kit import SHAPE, Bench, bench, jitter, order_of, step_ticks
 from tests.hil.rig import Rig, Stage, fmu, yin
 
 MICROSTEP = 2 * np.pi * 5e-3 / 3200  # [m] of belt

@@ -10,11 +10,12 @@ from corexy_fmi.hil.clock import Clock, lower_envelope
 from corexy_fmi.hil.limits import Allowed, Limits, Scale
 from corexy_fmi.hil.loop import Gains
 from corexy_fmi.hil.protocol import SEGMENT, Decoder, Info, Pong, Type, encode
-from corexy_fmi.hil.segments import END, check, plan, step_ticks
+from corexy_fmi.hil.segments import END, check, plan
 from corexy_fmi.hil.tracker import Tracker, open_lines
 from corexy_fmi.machine import load_machine
 from corexy_fmi.motion import command
 from corexy_fmi.rectangle import Rectangle
+from tests.hil.kit import step_ticks
 
 INFO = Info(2, "S", 64, 0, 32, 25_000, 16_000_000, (1 << 31) - 1)
 MACHINE = load_machine("yin2018")

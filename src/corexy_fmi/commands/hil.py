@@ -109,8 +109,10 @@ def run(
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     switches = Switches(at_x, at_y)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home,
-                  switches)  # fmt: skip
+    setup = Setup(
+        machine=chosen, counts=counts, allowed=allowed, port=port, out=out, tracker=tracker,
+        centred=centred, arm=arm, beside=beside, supply=supply, home=home, switches=switches,
+    )  # fmt: skip
     _play(dialect, setup, order)
 
 
@@ -157,8 +159,10 @@ def rectangle(
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     switches = Switches(at_x, at_y)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, beside, supply, home,
-                  switches)  # fmt: skip
+    setup = Setup(
+        machine=chosen, counts=counts, allowed=allowed, port=port, out=out, tracker=tracker,
+        centred=centred, arm=arm, beside=beside, supply=supply, home=home, switches=switches,
+    )  # fmt: skip
     made = _play(dialect, setup, replace(order, metadata={}))
     if made is not None and "x" in made:
         radius = chosen.parameters["pulley_radius"]
@@ -215,8 +219,10 @@ def diagnose(
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
     switches = Switches(at_x, at_y)
-    setup = Setup(chosen, counts, allowed, port, out, tracker, centred, arm, False, supply, home,
-                  switches)  # fmt: skip
+    setup = Setup(
+        machine=chosen, counts=counts, allowed=allowed, port=port, out=out, tracker=tracker,
+        centred=centred, arm=arm, supply=supply, home=home, switches=switches,
+    )  # fmt: skip
     if not arm:
         for name, shape in shapes(chosen).items():
             execute(setup, replace(rectangle_command(shape, chosen, name), metadata={}))

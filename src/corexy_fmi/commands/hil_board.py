@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -129,6 +128,8 @@ def home(
     chosen = check_kind(load_machine(machine))
     label(chosen)
     allowed = Allowed(max_speed, max_accel, max_jump, watchdog)
-    setup = Setup(chosen, counts, allowed, port, Path(), None, False, arm, False, supply, True,
-                  switches)  # fmt: skip
+    setup = Setup(
+        machine=chosen, counts=counts, allowed=allowed, port=port, arm=arm, supply=supply,
+        home=True, switches=switches,
+    )  # fmt: skip
     home_board(setup)

@@ -42,20 +42,20 @@ class Dialect(StrEnum):
     grbl = "grbl"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Setup:
     """What the options of a run say."""
 
     machine: Machine
-    counts: int | None
-    allowed: Allowed
     port: str
-    out: Path
-    tracker: str | None
-    centred: bool
-    arm: bool
-    beside: bool
-    supply: float
+    out: Path = Path()
+    counts: int | None = None
+    allowed: Allowed = field(default_factory=Allowed)
+    tracker: str | None = None
+    centred: bool = False
+    arm: bool = False
+    beside: bool = False
+    supply: float = 24.0
     home: bool = False
     switches: Switches = field(default_factory=Switches)
 

@@ -15,7 +15,8 @@ from corexy_fmi.kernel.spare import team
 TRIM_THRESHOLD, MMAP_THRESHOLD, ARENA_MAX = -1, -3, -8
 KEPT = 2**28  # [bytes] of freed memory that wait for the next call
 APART = 2**25  # [bytes] from which on a block goes back at once, as it does by default
-DEFAULT = 2**17  # [bytes] of both, before a process frees its first large block
+USED = {ARENA_MAX: 1, MMAP_THRESHOLD: APART, TRIM_THRESHOLD: KEPT}
+DEFAULT = {ARENA_MAX: 0, MMAP_THRESHOLD: 2**17, TRIM_THRESHOLD: 2**17}  # 0: as many as it likes
 
 
 @contextmanager
@@ -31,12 +32,13 @@ def memory_kept() -> Iterator[None]:
     except (AttributeError, OSError, TypeError):  # another C library; Windows has none to name
         yield
         return
-    for option, value in ((ARENA_MAX, 1), (MMAP_THRESHOLD, APART), (TRIM_THRESHOLD, KEPT)):
+    for option, value in USED.items():
         c.mallopt(option, value)
     try:
         yield
     finally:
-        c.mallopt(TRIM_THRESHOLD, DEFAULT)
+        for option, value in DEFAULT.items():
+            c.mallopt(option, value)
         c.malloc_trim(0)
 
 

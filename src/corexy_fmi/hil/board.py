@@ -170,8 +170,3 @@ class Board:
             raise InputError("board: nobody knows where the carriage stands; add --home, or move "
                              "it to the centre by hand and add --centred")  # fmt: skip
         return status
-
-    def prepare(self, limits: Limits, centred: bool) -> Status:
-        """`configure` and `located`."""
-        self.configure(limits)
-        return self.located(centred)

@@ -177,15 +177,3 @@ def _most(scale: Scale) -> str:
     """What bounds the rate where it is not the user."""
     rate = scale.fastest / scale.one / scale.tick
     return f"the firmware's {rate:.0f} counts/s"
-
-
-def step_ticks(plan: Plan, motor: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Tick and direction of every step that the firmware will emit, both (steps,)."""
-    ticks, signs = [], []
-    for segment, tick, start in zip(plan.segments, plan.ticks, plan.positions, strict=False):
-        p = start[motor] + segment[1 + motor] * np.arange(segment.ticks + 1)
-        moved = np.diff(p // plan.scale.one)
-        where = np.flatnonzero(moved)
-        ticks.append(tick + 1 + where)
-        signs.append(moved[where])
-    return np.concatenate(ticks), np.concatenate(signs)
