@@ -186,16 +186,18 @@ def check_kind(machine: Machine, *kinds: str) -> Machine:
     return machine
 
 
-def check_stage(recording: Recording, machine: Machine) -> None:
-    """Raises InputError where the command leaves |x| <= (W - c)/2, |y| <= H/2."""
-    check_kind(machine, *BY_EQUATION_1)
+def half_stage(machine: Machine) -> tuple[float, float]:
+    """How far the carriage may leave the centre along x and y, (W - c)/2 and H/2 [m]."""
     numbers = machine.parameters
-    path = place(recording["phi1"], recording["phi2"], numbers["pulley_radius"])
-    limits = {
-        "x": (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2,
-        "y": numbers["motor_idler_span"] / 2,
-    }
-    for (axis, limit), way in zip(limits.items(), path, strict=True):
+    half_x = (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2
+    return half_x, numbers["motor_idler_span"] / 2
+
+
+def check_stage(recording: Recording, machine: Machine) -> None:
+    """Raises InputError where the command leaves `half_stage`."""
+    check_kind(machine, *BY_EQUATION_1)
+    path = place(recording["phi1"], recording["phi2"], machine.parameters["pulley_radius"])
+    for axis, limit, way in zip("xy", half_stage(machine), path, strict=True):
         reach = float(np.nanmax(np.abs(way)))
         if reach > limit * (1 + 1e-12):
             raise InputError(

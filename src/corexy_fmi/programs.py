@@ -13,7 +13,18 @@ import numpy as np
 
 from corexy_fmi.errors import InputError
 from corexy_fmi.machine import Machine
-from corexy_fmi.motion import Motion, chain, chirp, circle, command, line, place, rest, star
+from corexy_fmi.motion import (
+    Motion,
+    chain,
+    chirp,
+    circle,
+    command,
+    half_stage,
+    line,
+    place,
+    rest,
+    star,
+)
 from corexy_fmi.recording import Recording, inputs
 from corexy_fmi.shake import shake, slowest
 
@@ -51,9 +62,8 @@ class Limits:
 
 def stage_limits(machine: Machine, speed: float, acceleration: float) -> Limits:
     """The stage of a machine, with a margin, at a speed and an acceleration."""
-    numbers = machine.parameters
-    wide = (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2
-    return Limits(SHARE * wide, SHARE * numbers["motor_idler_span"] / 2, speed, acceleration)
+    wide, high = half_stage(machine)
+    return Limits(SHARE * wide, SHARE * high, speed, acceleration)
 
 
 def recorded_limits(recordings: list[Recording], machine: Machine) -> Limits:

@@ -16,6 +16,7 @@ from corexy_fmi.files import PROGRAM, RESULT_FILES, write_folder
 from corexy_fmi.hil.board import Board
 from corexy_fmi.hil.tracker import Tracker
 from corexy_fmi.machine import Machine
+from corexy_fmi.motion import half_stage
 from corexy_fmi.recording import Recording, read_recording
 from corexy_fmi.rectangle import Rectangle
 
@@ -27,9 +28,7 @@ EXPERIMENTS = 2  # at most
 
 def shapes(machine: Machine) -> dict[str, Rectangle]:
     """The runs by their file names: two rectangles of different size, speed and acceleration."""
-    numbers = machine.parameters
-    wide = min(LARGEST, (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2)
-    high = min(LARGEST, numbers["motor_idler_span"] / 2)
+    wide, high = (min(LARGEST, half) for half in half_stage(machine))
     return {
         TRAIN: Rectangle(wide, 0.7 * high, 0.05, 1, 1.0),
         HOLDOUT: Rectangle(0.7 * wide, 0.8 * high, 0.03, 1, 0.5),

@@ -12,6 +12,7 @@ from corexy_fmi.hil.grbl_moves import Grid, Move
 from corexy_fmi.hil.grbl_report import Build, Family
 from corexy_fmi.hil.limits import Allowed
 from corexy_fmi.machine import Machine
+from corexy_fmi.motion import half_stage
 
 Array = NDArray[np.float64]
 NEEDED = (100, 101, 110, 111, 120, 121)
@@ -110,11 +111,8 @@ def _check_places(
     begins: Array, places: Array, grid: Grid, settings: Mapping[int, float], build: Build,
     machine: Machine,
 ) -> None:  # fmt: skip
-    numbers = machine.parameters
-    half = np.array([(numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2,
-                     numbers["motor_idler_span"] / 2])  # fmt: skip
     stage = np.abs(grid.metres(places))
-    outside = (stage > half + 1e-3 / grid.per_mm).any(axis=1)
+    outside = (stage > np.array(half_stage(machine)) + 1e-3 / grid.per_mm).any(axis=1)
     _refuse(begins, outside, stage.max(axis=1), "m from the centre leaves the stage of the machine "
                                                 "file")  # fmt: skip
     if settings.get(20):

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.board import Board
-from corexy_fmi.hil.limits import Limits, Scale, half_stage
+from corexy_fmi.hil.limits import Limits, Scale
 from corexy_fmi.hil.port import LinkLostError
 from corexy_fmi.hil.protocol import ADVICE, Flag, State, Status, Type
 from corexy_fmi.machine.record import Machine
+from corexy_fmi.motion import half_stage
 
 _HOME = struct.Struct("<8i")
 FOR_HOMING = b"\1"  # body of ARM: no known place is needed

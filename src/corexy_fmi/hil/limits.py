@@ -9,6 +9,7 @@ import numpy as np
 from corexy_fmi.errors import InputError
 from corexy_fmi.hil.protocol import CONFIG, Info
 from corexy_fmi.machine.record import Machine
+from corexy_fmi.motion import half_stage
 
 REPORT = 10  # [ms]
 
@@ -70,13 +71,6 @@ class Scale:
     def point(self, phi1: float, phi2: float) -> tuple[float, float]:
         """Where motor angles [rad] place the carriage, eq. (1) [m]."""
         return self.radius * (phi1 + phi2) / 2, self.radius * (phi1 - phi2) / 2
-
-
-def half_stage(machine: Machine) -> tuple[float, float]:
-    """How far the carriage may leave the centre along x and y [m]."""
-    numbers = machine.parameters
-    half_x = (numbers["bridge_pulley_spacing"] - numbers["clip_spacing"]) / 2
-    return half_x, numbers["motor_idler_span"] / 2
 
 
 @dataclass(frozen=True)
