@@ -30,7 +30,8 @@ from corexy_fmi.engine.judging.model import effect_table, tuned_machine
 from corexy_fmi.engine.judging.prove import follow_up
 from corexy_fmi.engine.naming.name import compete
 from corexy_fmi.engine.naming.screen import screen
-from corexy_fmi.engine.naming.spread import Spread, combinations, groups, spread, tones
+from corexy_fmi.engine.naming.spread import Spread, combinations, groups, spread
+from corexy_fmi.engine.naming.tones import tones
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 

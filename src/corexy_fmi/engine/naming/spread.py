@@ -14,14 +14,13 @@ from functools import cached_property
 import numpy as np
 
 from corexy_fmi.effects.api import Parameter
-from corexy_fmi.engine.data.samples import even
 from corexy_fmi.engine.fitting.fit import Fit
 from corexy_fmi.engine.naming.modes import modes
+from corexy_fmi.engine.naming.tones import tones
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
 
-TIMES, PLACES, TONES = 24, 9, 6  # starts over each range
-FINER = 4  # zero padding of the spectrum
+TIMES, PLACES = 24, 9  # starts over each range
 
 
 @dataclass(frozen=True)
@@ -70,32 +69,6 @@ def spread(fit: Fit) -> Spread:
     middles = ((inner[1:] + inner[:-1]) / 2).tolist()
     places = tuple(along_x), tuple(along_y)
     return Spread(tuple(middles), *places, tones(fit), problem.machine.drive, fit=fit)
-
-
-def tones(fit: Fit) -> tuple[float, ...]:
-    """The strongest frequencies [Hz] of the residuals, strongest first."""
-    found: list[tuple[float, float]] = []
-    for r, run in enumerate(fit.problem.runs):
-        errors = fit.problem.errors(fit.u[None], r)
-        for e, samples in zip(errors, run.samples, strict=True):
-            found += _peaks(*even(e[0], run.excitation.time[samples.index]))
-    chosen: list[float] = []
-    for _, f in sorted(found, reverse=True):
-        if all(abs(f - other) > 0.02 * other for other in chosen):
-            chosen.append(f)
-    return tuple(chosen[:TONES])
-
-
-def _peaks(errors: Array, spacing: float) -> list[tuple[float, float]]:
-    """(power over the mean, frequency [Hz]) of the strongest peaks of a channel of mean 0."""
-    taper, size = np.hanning(len(errors)), FINER * len(errors)
-    power = np.abs(np.fft.rfft(errors * taper, size)) ** 2
-    f = np.fft.rfftfreq(size, spacing)
-    middle = power[1:-1]
-    top = np.flatnonzero((middle > power[:-2]) & (middle >= power[2:]) & (f[1:-1] > 0)) + 1
-    order = top[np.argsort(-power[top])][:TONES]
-    mean = float(power.mean()) or 1.0
-    return [(float(power[k]) / mean, float(f[k])) for k in order]
 
 
 def combinations(instance: Instance, offered: Spread) -> list[dict[str, float]]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.naming.spread import tones
+from corexy_fmi.engine.naming.tones import tones
 from corexy_fmi.engine.places.probe_laws import (
     Function,
     Motion,
