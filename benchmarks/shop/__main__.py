@@ -20,34 +20,19 @@ from typing import Any
 
 from rich.progress import Progress
 
-from benchmarks.hidden_page import told as kept
-from benchmarks.shop.case import HOLDOUT, TRAIN, Case, write
+from benchmarks.shop.ask import Hears, ask
+from benchmarks.shop.case import Case, write
 from benchmarks.shop.cases import CASES
 from benchmarks.shop.grade import grade
 from benchmarks.shop.page import COMMAND, render
 from benchmarks.shop.store import commit, keep, path_of, stored
-from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.diagnose import Progress as Hears
-from corexy_fmi.errors import InputError
-from corexy_fmi.machine import load_machine
-from corexy_fmi.recording import read_recording
-
-REFUSED: dict[str, Any] = {"verdict": "refused", "effects": [], "coordinate": None, "state": None}
 
 
 def told(case: Case, progress: Hears | None = None) -> dict[str, Any]:
-    """What the engine says of a case's files; that it refuses one is an answer too."""
+    """What the engine says of a case's files."""
     with tempfile.TemporaryDirectory() as name:
         write(case, Path(name))
-        try:
-            train, holdout = (
-                [read_recording(Path(name) / n) for n in names] for names in (TRAIN, HOLDOUT)
-            )
-            found = diagnose(train, holdout, load_machine(case.machine), progress=progress)
-        except InputError as error:
-            return REFUSED | {"error": str(error).replace(f"{name}/", "")}
-    located = found.document["located"]
-    return kept(found.document) | {key: located[key] for key in ("coordinate", "state")}
+        return ask(Path(name), case.machine, progress)
 
 
 def run(case: Case, mark: str, progress: Hears | None = None) -> dict[str, Any]:

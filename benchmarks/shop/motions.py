@@ -14,16 +14,17 @@ RADIUS, ROW = 5e-3, 2e-3  # of the pulleys [m]; between rows [s]
 LEAD, TAIL, REST = 0.3, 0.5, 0.15  # at rest before, after and between the moves [s]
 
 
-def angles(xy: Array) -> Array:
+def angles(xy: Array, radius: float = RADIUS) -> Array:
     """Motor angles of positions, (1)."""
-    return np.column_stack([xy[:, 0] + xy[:, 1], xy[:, 0] - xy[:, 1]]) / RADIUS
+    return np.column_stack([xy[:, 0] + xy[:, 1], xy[:, 0] - xy[:, 1]]) / radius
 
 
-def _timed(xy: Array, row: float) -> Motion:
+def timed(xy: Array, row: float) -> Motion:
+    """Positions with their time, a row every so many seconds."""
     return np.arange(len(xy), dtype=np.float64) * row, xy
 
 
-def _along(length: float, speed: float, accel: float, row: float) -> Array:
+def along(length: float, speed: float, accel: float, row: float) -> Array:
     """The way gone along one move, row by row."""
     speed = min(speed, float(np.sqrt(length * accel)))
     ramp, takes = speed / accel, length / speed + speed / accel
@@ -44,10 +45,10 @@ def path(
     for a, b, v in zip(at, at[1:], speeds, strict=False):
         length = float(np.hypot(*(b - a)))
         if length > 0:
-            parts.append(a + (b - a) * (_along(length, v, accel, row) / length)[:, None])
+            parts.append(a + (b - a) * (along(length, v, accel, row) / length)[:, None])
             parts.append(np.repeat(b[None], int(rest / row), 0))
     parts.append(np.repeat(at[-1:], int(TAIL / row), 0))
-    return _timed(np.concatenate(parts), row)
+    return timed(np.concatenate(parts), row)
 
 
 def scattered(seed: int, count: int, width: float = 0.06, height: float = 0.08) -> Array:
@@ -105,7 +106,7 @@ def _with_circles(motion: Motion, radius: float, turns: int, speed: float) -> Mo
     """Circles from where a motion ends."""
     turn = np.linspace(0, 2 * np.pi * turns, int(2 * np.pi * radius * turns / speed / ROW))
     circles = radius * np.column_stack([np.cos(turn) - 1, np.sin(turn)]) + motion[1][-1]
-    return _timed(np.vstack([motion[1], circles, np.repeat(circles[-1:], 150, 0)]), ROW)
+    return timed(np.vstack([motion[1], circles, np.repeat(circles[-1:], 150, 0)]), ROW)
 
 
 def slow() -> list[Motion]:

@@ -19,10 +19,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from benchmarks.shop.stage import REACH, Array, Faults, Numbers, Stage, at_rest, stage
+from benchmarks.shop.stage import Array, Faults, Numbers, Stage, at_rest, stage
 
 STEP = 2.5e-5  # [s]: half of it changes x, y by 0.2 um at most; in play_tilt once by 2.4 um
-CONTACT = 8.0  # [N m/rad] between a rotor and its loose pulley
 
 
 def energy(q: Array, v: Array, of: Stage) -> Array:
@@ -46,22 +45,22 @@ def simulate(
 
 
 @njit(cache=True)
-def _at(rows, axis, where):  # type: ignore[no-untyped-def]
+def _at(rows, axis, where, reach):  # type: ignore[no-untyped-def]
     """A table over position, linear between its knots, constant beyond them."""
     last = rows.shape[1] - 1
-    u = min(max((where + REACH) / (2 * REACH) * last, 0.0), last - 1e-3)
+    u = min(max((where + reach) / (2 * reach) * last, 0.0), last - 1e-3)
     i = int(u)
     return rows[axis, i] + (rows[axis, i + 1] - rows[axis, i]) * (u - i)
 
 
 @njit(cache=True)
-def _contact(twist, play, soft):  # type: ignore[no-untyped-def]
+def _contact(twist, play, soft, stiffness):  # type: ignore[no-untyped-def]
     """Torque [N m] of a rotor that is ahead of its loose pulley by ``twist`` [rad]."""
     over, under = twist - play / 2, -twist - play / 2
     if soft > 0:
         ends = np.log1p(np.exp(min(over / soft, 50.0))) - np.log1p(np.exp(min(under / soft, 50.0)))
-        return CONTACT * soft * ends
-    return CONTACT * (max(over, 0.0) - max(under, 0.0))
+        return stiffness * soft * ends
+    return stiffness * (max(over, 0.0) - max(under, 0.0))
 
 
 @njit(cache=True)
@@ -73,9 +72,10 @@ def _forces(q, rotor, push, of, force):  # type: ignore[no-untyped-def]
         for j in range(12):
             force[j] -= of.table[s, j] * tension
     for a in range(2):
-        force[a] += push[a] + _at(of.pull, a, q[a])
+        force[a] += push[a] + _at(of.pull, a, q[a], of.reach)
         if of.play[a] >= 0:
-            force[2 + a] += _contact(rotor[a] - q[2 + a], of.play[a], of.soft)
+            twist = rotor[a] - q[2 + a]
+            force[2 + a] += _contact(twist, of.play[a], of.soft, of.contact)
 
 
 @njit(cache=True)
@@ -84,7 +84,10 @@ def _kick(q, v, force, grip, h, of):  # type: ignore[no-untyped-def]
     for j in range(12):
         if (j == 2 or j == 3) and of.play[j - 2] < 0:
             continue
-        a = h * of.viscous[0 if v[j] >= 0 else 1, j] / (2 * of.mass[j])
+        drag = of.viscous[0 if v[j] >= 0 else 1, j]
+        if j < 2:
+            drag += of.windage[j] * abs(v[j])
+        a = h * drag / (2 * of.mass[j])
         free = (v[j] * (1 - a) + h * force[j] / of.mass[j]) / (1 + a)
         after = v[j]
         for _ in range(2 if j < 2 and of.breakaway[j] != 1 else 1):  # level at the mean speed
@@ -92,7 +95,7 @@ def _kick(q, v, force, grip, h, of):  # type: ignore[no-untyped-def]
             if j < 2:
                 slow = np.exp(-abs(v[j] + after) / 2 / of.fades)
                 level *= grip[j] * (1 + (of.breakaway[j] - 1) * slow)
-                level += _at(of.spot, j, q[j])
+                level += _at(of.spot, j, q[j], of.reach)
             most = h * level / of.mass[j] / (1 + a)
             after = free - min(max(free, -most), most)
         v[j] = after

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
 REACH = 0.12  # [m] tables over position span -REACH to REACH
 LOOSE_INERTIA, LOOSE_DRAG = 1e-6, 1e-4  # of a loose pulley [kg m^2, N m s]
+CONTACT = 8.0  # [N m/rad] between a rotor and its loose pulley, where the numbers have no "contact"
 YIN2018 = {"r": 5e-3, "mx": 0.1, "my": 0.2, "mp": 6e-3, "Jp": 1e-7, "AE": 880.0, "W": 0.24,
            "H": 0.3, "c": 0.06, "bx": 60.0, "by": 60.0, "fx": 0.2, "fy": 0.2, "Bp": 8e-4,
            "tf": 2e-4}  # fmt: skip
@@ -37,9 +38,10 @@ def _nothing() -> Array:
 class Faults:
     """What is wrong with a stage; by default nothing.  ``back``: numbers that differ backwards;
     factors of belt sections, of single pulleys' dry and viscous friction; ``play`` [rad] (below 0:
-    none) whose ends give softly over ``soft`` [rad]; forces [N] over position: ``pull``, ``spot``
-    (dry friction more); breakaway over Coulomb's friction, and the speed [m/s] over which it fades;
-    row by row: ``push`` [N], ``grip`` (factor of dry friction).  Pairs and (2, n) are for x and y.
+    none) whose ends give softly over ``soft`` [rad]; forces [N] over position, from -``reach`` to
+    ``reach`` [m]: ``pull``, ``spot`` (dry friction more); breakaway over Coulomb's friction, and
+    the speed [m/s] over which it fades; drag over speed squared, ``windage`` [N s^2/m^2]; row by
+    row: ``push`` [N], ``grip`` (factor of dry friction).  Pairs and (2, n) are for x and y.
     """
 
     back: Numbers = field(default_factory=dict)
@@ -52,6 +54,8 @@ class Faults:
     spot: Array = field(default_factory=_nothing)
     breakaway: tuple[float, float] = (1.0, 1.0)
     fades: float = 0.01
+    windage: tuple[float, float] = (0.0, 0.0)
+    reach: float = REACH
     push: Array | None = None
     grip: Array | None = None
 
@@ -70,6 +74,9 @@ class Stage(NamedTuple):
     spot: Array
     breakaway: Array
     fades: float
+    windage: Array
+    reach: float
+    contact: float
 
 
 def table(r: float) -> Array:
@@ -94,7 +101,8 @@ def stage(numbers: Numbers, faults: Faults) -> Stage:
         np.array([[w["bx"], w["by"], *drag] for w in ways]),
         np.array([[w["fx"], w["fy"], *dry] for w in ways]),
         *(np.array(faults.play), faults.soft, faults.pull, faults.spot),
-        *(np.array(faults.breakaway), faults.fades),
+        *(np.array(faults.breakaway), faults.fades, np.array(faults.windage)),
+        *(faults.reach, n.get("contact", CONTACT)),
     )
 
 

@@ -1,0 +1,68 @@
+"""A drawn machine under its motion, with or without what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.shop.motions import Motion, angles
+from benchmarks.shop.simulator import simulate
+from benchmarks.shop.stage import Array, Faults
+from benchmarks.strange.machines import Machine
+
+FINE, SETTLES = 5e-4, 1.0  # [s]: between simulated rows at most; held before a recording begins
+Changes = Callable[[int, Array, Array], Array]  # recording, time [s], values -> values
+
+
+def _healthy(n: int, time: Array) -> Faults:
+    return Faults()
+
+
+def _same(n: int, time: Array, values: Array) -> Array:
+    return values
+
+
+@dataclass(frozen=True)
+class Acts:
+    """What a cause does: faults of a stage over time [s], motor angles [rad] that are played
+    instead of the logged ones, places [m] that are reported instead of the true ones.
+    """
+
+    faults: Callable[[int, Array], Faults] = _healthy
+    played: Changes = _same
+    shown: Changes = _same
+    loose: bool = False  # a pulley turns on its shaft
+
+
+HEALTHY = Acts()
+
+
+def grid(time: Array) -> tuple[Array, int, int]:
+    """Fine times [s] that hold all rows: where the first row is among them, how far to the next."""
+    row = float(time[1] - time[0])
+    parts = int(np.ceil(row / FINE))
+    before = int(np.ceil(SETTLES * parts / row))
+    count = before + (len(time) - 1) * parts + 1
+    return (np.arange(count, dtype=np.float64) - before) * (row / parts), before, parts
+
+
+def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: int = 1) -> Array:
+    """x and y [m] that are reported without noise at each row; angles are linear between rows, and
+    before the first the stage comes to rest.  ``finer`` divides the simulator's step.
+    """
+    time, xy = motion
+    fine, before, parts = grid(time)
+    radius = machine.numbers["r"]
+    phi = np.column_stack([np.interp(fine, time, p) for p in angles(xy, radius).T])
+    states, _ = simulate(
+        fine, acts.played(n, fine, phi), machine.numbers, acts.faults(n, fine),
+        machine.step(loose=acts.loose) / finer,
+    )  # fmt: skip
+    return acts.shown(n, fine, states[:, :2])[before::parts]
+
+
+def all_moved(machine: Machine, motions: Sequence[Motion], acts: Acts) -> list[Array]:
+    """Of every recording."""
+    return [moved(machine, n, motion, acts) for n, motion in enumerate(motions)]
