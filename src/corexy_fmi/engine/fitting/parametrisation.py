@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from corexy_fmi.engine.data.samples import Run
+from corexy_fmi.engine.fitting.balance import Pull, leaning, pulls
 from corexy_fmi.engine.fitting.free_form import bending, law_places, law_unknowns, write_law
 from corexy_fmi.engine.fitting.holding import push_scale, rest_scale
 from corexy_fmi.engine.fitting.lanes import Lanes
@@ -126,13 +127,23 @@ class Parametrisation:
         imposed = self.machine.drive != "dc" or any(STAGES[self.machine.stage].direct)
         return tuple(key for key in PUSH if not (imposed and "motor" in key))
 
-    def _begins(self) -> dict[str, int]:
-        """Where in the kernel's vector it stands at what a memory begins, by key."""
+    @cached_property
+    def acting(self) -> tuple[Instance, ...]:
+        """The effects of the machine and of the hypothesis."""
         given = {(use.name, use.location) for use in self.machine.effects}
         kept = [i for i in self.layout.instances if (i.effect.name, i.location) in given]
+        return (*kept, *self.hypothesis.uses)
+
+    @cached_property
+    def pulls(self) -> tuple[Pull, ...]:
+        """What pulls a stage that rests."""
+        return pulls(self.acting)
+
+    def _begins(self) -> dict[str, int]:
+        """Where in the kernel's vector it stands at what a memory begins, by key."""
         return {
             f"{i.effect.name}.{i.location}.{i.effect.parameters[k].name}": i.parameter + k
-            for i in (*kept, *self.hypothesis.uses)
+            for i in self.acting
             for k in i.effect.initial_at(i.location)
         }
 
@@ -187,11 +198,16 @@ class Parametrisation:
 
     def rest(self, u: Array, run: int) -> Array:
         """What a run begins with, (sets, 6): `REST`."""
-        found = np.zeros((len(u), len(REST)))
+        found, r = np.zeros((len(u), len(REST))), self.runs[run]
         for k, key in enumerate(self.own_keys, self.first_own(run)):
             if key in REST:
                 found[:, REST.index(key)] = u[:, k]
-        return found * rest_scale(self.machine, self.runs[run].excitation)
+        found *= rest_scale(self.machine, r.excitation)
+        if self.pulls and not r.moving:
+            rotors = ROTORS[0] in self.own_keys
+            vectors = self.vectors(u, run)
+            found += leaning(self.pulls, self.machine, r.excitation, vectors, rotors)
+        return found
 
     def push(self, u: Array, run: int) -> Array | None:
         """How far a run that begins in motion is off its even course, (sets, 8): `PUSH`."""
