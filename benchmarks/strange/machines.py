@@ -53,10 +53,10 @@ class Machine:
     half: tuple[float, float]
 
     def step(self, *, loose: bool) -> float:
-        """A step that resolves the fastest pole [s], or half of that where a loose pulley hits."""
+        """A step that resolves the fastest pole [s], or an eighth where a loose pulley hits."""
         contact = np.sqrt(2 * self.numbers["contact"] / LOOSE_INERTIA) if loose else 0.0
         step = min(STEP, RESOLVED / max(self.modes.fastest, contact))
-        return float(step / 2 if loose else step)
+        return float(step / 8 if loose else step)
 
 
 def spread(random: Random, low: float, high: float) -> float:
