@@ -1,7 +1,7 @@
-"""Where a stage rests that something pulls: off as far as forces of the place exceed friction.
+"""How far a pull may hold a stage off at its first row: forces of the place alone, beyond stiction.
 
-A stage that leans, or whose cable pulls, did so before its recording: it begins where belts, and a
-loop that holds its rotors, bear what stiction does not.
+A stage that leans, or whose cable pulls, may have done so before its recording, and then rests where
+belts, and a loop that holds its rotors, bear that; or it is let go at its first row, at eq. (1).
 """
 
 from __future__ import annotations
@@ -12,15 +12,20 @@ from inspect import signature
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.holding import holding_stiffness
+from corexy_fmi.engine.fitting.holding import like
 from corexy_fmi.kernel.call import REST, Array, Excitation
 from corexy_fmi.kernel.layout import Instance
 from corexy_fmi.machine import Machine
+from corexy_fmi.parameters import PLACES
 from corexy_fmi.topology import STAGES
 
 KNOWN = {"applied_force", "position"}  # what a law may read that pulls at rest
-DRY = ("carriage_coulomb_friction", "bridge_coulomb_friction")
-STIFF, RIM = "belt_axial_stiffness", "pulley_coulomb_friction"
+# places in the kernel's vector, whatever a topology calls them
+DRY = [PLACES["carriage_coulomb_friction"], PLACES["bridge_coulomb_friction"]]
+STIFF, RIM, GAIN = (
+    PLACES[name]
+    for name in ("belt_axial_stiffness", "pulley_coulomb_friction", "motor_torque_gain")
+)
 
 
 @dataclass(frozen=True)
@@ -59,36 +64,37 @@ def _of(instance: Instance) -> Iterator[Pull]:
 
 
 def leaning(
-    found: Sequence[Pull], machine: Machine, e: Excitation, vectors: Array, rotors: bool
+    found: Sequence[Pull], machine: Machine, e: Excitation, vectors: Array, base: Array
 ) -> Array:
-    """How far off a run begins at rest under these pulls, (sets, 6) as `REST`; ``rotors``: a loop
-    holds them.  Nothing where stiction holds, nor where nothing would.
+    """How far these pulls may hold off a run that begins at rest, (sets, 6) as `REST`; ``base``
+    (n,) is the machine's own vector.  Nothing where stiction holds, nor where motors are axes.
     """
     off, stage = np.zeros((len(vectors), len(REST))), STAGES[machine.stage]
-    looped = e.mode == "closed_loop" and e.kp > 0
-    if not (stage.sections or looped):
+    if any(stage.direct):
         return off
-    radius, value = machine.parameters["pulley_radius"], _values(machine, vectors)
+    radius = machine.parameters["pulley_radius"]
     place = np.array(stage.path(radius, *e.start()))
     force = np.zeros((len(vectors), 2))
     for pull in found:
         force[:, pull.axis] += pull.force(vectors, place)
-    borne = _beyond(force, np.column_stack([value(name) for name in DRY]))
-    stiffer = value(STIFF) / machine.parameters[STIFF] if stage.sections else 1.0
-    off[:, :2] = borne / np.reshape(holding_stiffness(machine) * stiffer, (-1, 1))
-    if rotors and looped:
-        turning = _beyond(borne @ np.array(stage.rest) * radius, value(RIM)[:, None])
-        off[:, 4:] = turning / (value("motor_torque_gain")[:, None] * e.kp)
+    borne = _borne(force, vectors[:, DRY])
+    stiffer = vectors[:, STIFF] / base[STIFF]
+    off[:, :2] = np.abs(borne) / (stiffness(machine) * stiffer[:, None])
+    if e.mode == "closed_loop" and e.kp > 0:
+        turning = _borne(borne @ np.array(stage.rest) * radius, vectors[:, [RIM]])
+        off[:, 4:] = np.abs(turning) / (vectors[:, [GAIN]] * e.kp)
     return off
 
 
-def _values(machine: Machine, vectors: Array) -> Callable[[str], Array]:
-    """What gives a nominal parameter of all sets, (sets,); 0 for what the machine has not."""
-    places = {p.name: p.place for p in machine.kind.parameters}
-    none = np.zeros(len(vectors))
-    return lambda name: vectors[:, places[name]] if name in places else none
+def stiffness(machine: Machine) -> Array:
+    """What the belts hold x and y with, (2,) [N/m], motors and all else held."""
+    stage = STAGES[like(machine)]
+    return np.diag(stage.stiffness_matrix(machine.parameters, machine.drive == "dc"))[:2]
 
 
-def _beyond(load: Array, held: Array) -> Array:
-    """What of a load (sets, 2) is beyond what is held, either way."""
-    return load - np.clip(load, -held, held)
+def _borne(load: Array, dry: Array) -> Array:
+    """What belts or a loop bear of a load (sets, 2) at rest: nothing where stiction holds it, all
+    where a stage that was let go has sprung to its balance, give or take stiction.
+    """
+    size = np.abs(load)
+    return np.sign(load) * np.minimum(size, 2 * np.maximum(size - dry, 0.0))

@@ -14,13 +14,13 @@ from corexy_fmi.topology import STAGES
 
 def deflection_scale(machine: Machine) -> float:
     """Half of the deflection [m] at which stiction holds the stage against its belts."""
-    constants = STAGES[_like(machine)].constants(machine.parameters, float(machine.drive == "dc"))
+    constants = STAGES[like(machine)].constants(machine.parameters, float(machine.drive == "dc"))
     return 0.5 * float(max(constants.coulomb[:2])) / holding_stiffness(machine) + 1e-9
 
 
 def holding_stiffness(machine: Machine) -> float:
     """What holds an axis [N/m] against a force: the belts, eq. (15); without any, the loop."""
-    stage = STAGES[_like(machine)]
+    stage = STAGES[like(machine)]
     if stage.sections:
         constants = stage.constants(machine.parameters, float(machine.drive == "dc"))
         return 2 * float(constants.stiffness[0])
@@ -34,7 +34,7 @@ def rotor_scale(machine: Machine, e: Excitation) -> float:
     """
     if e.mode != "closed_loop" or e.kp <= 0 or e.lead > 0:
         return 0.0
-    dry = STAGES[_like(machine)].constants(machine.parameters, 1.0).coulomb
+    dry = STAGES[like(machine)].constants(machine.parameters, 1.0).coulomb
     torque = max(dry[2:4]) + machine.parameters["pulley_radius"] / 2 * max(dry[:2])
     return 0.5 * float(torque) / (machine.at("motor_torque_gain") * e.kp) + 1e-9
 
@@ -48,7 +48,7 @@ def push_scale(machine: Machine, pace: float) -> Array:
     """Scale (8,) of a push (`PUSH`) at a pace [m/s]: that, and how far the belts give where it is
     stopped at once.
     """
-    stage = STAGES[_like(machine)]
+    stage = STAGES[like(machine)]
     masses = stage.constants(machine.parameters, float(machine.drive == "dc")).mass[:2]
     stiff = holding_stiffness(machine)
     give = pace * float(np.sqrt(max(masses) / stiff)) + deflection_scale(machine)
@@ -62,6 +62,6 @@ def speeds(machine: Machine, e: Excitation) -> Array:
     return np.asarray(np.hypot(*np.diff(path, axis=1)) / np.diff(e.time))
 
 
-def _like(machine: Machine) -> str:
+def like(machine: Machine) -> str:
     """The stage that tells how stiff a machine is."""
     return "reduced" if machine.topology == COREXY else machine.stage

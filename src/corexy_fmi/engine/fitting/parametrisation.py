@@ -202,12 +202,11 @@ class Parametrisation:
         for k, key in enumerate(self.own_keys, self.first_own(run)):
             if key in REST:
                 found[:, REST.index(key)] = u[:, k]
-        found *= rest_scale(self.machine, r.excitation)
+        scale = rest_scale(self.machine, r.excitation)
         if self.pulls and not r.moving:
-            rotors = ROTORS[0] in self.own_keys
             vectors = self.vectors(u, run)
-            found += leaning(self.pulls, self.machine, r.excitation, vectors, rotors)
-        return found
+            scale = scale + leaning(self.pulls, self.machine, r.excitation, vectors, self.base)
+        return found * scale
 
     def push(self, u: Array, run: int) -> Array | None:
         """How far a run that begins in motion is off its even course, (sets, 8): `PUSH`."""
