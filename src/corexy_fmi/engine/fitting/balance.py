@@ -1,7 +1,7 @@
 """How far a pull may hold a stage off at its first row: forces of the place alone, beyond stiction.
 
-A stage that leans, or whose cable pulls, may have done so before its recording: it rests where belts,
-and a loop that holds its rotors, bear that.  Or it is let go at its first row, at eq. (1).
+A stage that leans, or whose cable pulls, may have done so before its recording: then it rests where
+belts, and a loop that holds its rotors, bear that.  Or it is let go at its first row, at eq. (1).
 """
 
 from __future__ import annotations
