@@ -66,3 +66,19 @@ def test_who_was_led_astray_leads_once_begun_again(recording, base):
     first = leaders.leaders(base, [ahead, lost], map)[0]
     assert first.hypothesis.key == lost.hypothesis.key
     assert first.fit.cost < lost.fit.cost - 100
+
+
+@pytest.mark.parametrize(("share", "better"), [(0.95, True), (0.8, False)])
+def test_a_rival_hardly_behind_is_begun_where_the_first_one_ended(
+    recording, base, begun, share, better
+):
+    """A lag does for a delay, but not beside belts that are four deviations too soft."""
+    ahead = entry(recording, base, "sensor_delay", 1000.0, 15)
+    chosen = problem(recording, machine(), (("sensor_lag", "sensor"),))
+    u = np.zeros(chosen.size)
+    u[chosen.keys.index("sensor_lag.sensor.time_constant")] = 1.0
+    k = chosen.keys.index("belt_axial_stiffness")
+    u[k] = -4 * chosen.unknowns[k].prior_std
+    rival = replace(entry_of(base, minimise(chosen, u, 0)), gain=1000.0 * share)
+    found = {e.hypothesis.key: e for e in leaders.leaders(base, [ahead, rival], map)}
+    assert (found[rival.hypothesis.key].fit.cost < rival.fit.cost - 100) == better

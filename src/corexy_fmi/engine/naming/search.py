@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle, white_noise
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, costs, minimise, settle, white_noise
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.rough import across
 from corexy_fmi.engine.fitting.starts import starts
@@ -139,7 +139,7 @@ def once(finals: list[Fit]) -> list[Fit]:
     """Each hypothesis once: where two searches ended apart, from the end with less raw mismatch."""
     best: dict[tuple[object, ...], tuple[float, Fit]] = {}
     for fit in finals:
-        raw = float(np.sum(white_noise(fit).residual(fit.u[None]) ** 2))
+        raw = float(costs(white_noise(fit).residual(fit.u[None]))[0])
         known = best.get(_identity(fit))
         if known is None or raw < known[0]:
             best[_identity(fit)] = (raw, fit)
