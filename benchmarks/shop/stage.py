@@ -87,7 +87,7 @@ def table(r: float) -> Array:
 
 def stage(numbers: Numbers, faults: Faults) -> Stage:
     """Numbers and faults as arrays; k_i = A E / l_i at the centre."""
-    n, loose = numbers, np.array([LOOSE_DRAG] * 2 + [0.0] * 8)
+    n, loose = numbers, np.array([numbers.get("loose_drag", LOOSE_DRAG)] * 2 + [0.0] * 8)
     near, half = (n["W"] - n["c"]) / 2, n["H"] / 2
     lengths = np.array([near, half, n["H"], n["W"], half, near] * 2)
     factors = [[of.get(i, 1.0) for i in range(1, 11)] for of in (faults.drag, faults.dry)]

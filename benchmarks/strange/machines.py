@@ -24,7 +24,7 @@ RANGES = {"r": (5e-3, 10e-3), "mx": (0.08, 1.5), "my": (0.15, 3.0), "mp": (3e-3,
 DISC = (0.4, 1.0)  # inertia of a pulley over m_p r^2
 INERTIA = (5e-8, 2e-6)  # of a pulley [kg m^2]
 SHARES = (0.01, 0.2)  # of the idlers in all friction
-HARD = 10.0  # of a contact
+HARD, LOOSE = 10.0, 0.05  # of a contact; drag of a loose pulley, in that of the carriage
 REACHED = 0.35  # of W and H, to either side
 RESOLVED = 0.5  # [rad] of the fastest pole in one step
 GEOMETRY = {"r": "pulley_radius", "W": "bridge_pulley_spacing", "H": "motor_idler_span",
@@ -126,6 +126,7 @@ def draw_machine(random: Random) -> Machine:
         numbers = _frictionless(random)
     numbers |= _viscous(random, numbers)
     numbers |= _dry(random, numbers) | {"contact": _contact(numbers)}
+    numbers["loose_drag"] = LOOSE * numbers["bx"] * numbers["r"] ** 2
     clear = 0.4 * (numbers["W"] - numbers["c"])  # the clips stay off the bridge's pulleys
     half = min(REACHED * numbers["W"], clear), REACHED * numbers["H"]
     return Machine(numbers, modes(numbers), half)
