@@ -215,6 +215,28 @@ def said(verdict, *effects, place=None, classes=()):
 OPEN = [[{"name": "backlash", "location": "motor1"}, {"name": "sensor_lag", "location": "sensor"}]]
 
 
+@pytest.mark.parametrize("seed", [1, 4])
+def test_two_causes_are_of_different_kinds_and_both_act(seed):
+    case = draw.draw(seed, two=True)
+    names = [one.cause.name for one in case.found]
+    kinds = [
+        next(k for k, kind in enumerate(sizes.KINDS) if f"_{name}" in {d.__name__ for d in kind})
+        for name in names
+    ]
+    assert kinds == sorted(set(kinds))
+    assert len(kinds) == 2
+    assert [one["effect"] for one in case.truth["effects"]] == names
+    assert case.truth["E0"] == min(one.evidence for one in case.found)
+    seen = [
+        running.moved(case.machine, 0, case.motions[0], acts)
+        for acts in (*(one.acts for one in case.found), running.both(*(o.acts for o in case.found)))
+    ]
+    assert all(np.abs(seen[2] - one).max() > 1e-6 for one in seen[:2])
+    assert draw.truth_of(case.truth).causes == (frozenset(
+        (one.cause.name, one.cause.location) for one in case.found
+    ),)  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("truth", "told", "mark"),
     [
@@ -244,7 +266,7 @@ def aside(healthy, tmp_path, monkeypatch):
     (tmp_path / "strange.md").write_text(f"head\n\n{page.BEGIN}\nold\n{page.END}\ntail\n")
     monkeypatch.setattr(store, "FOLDER", tmp_path)
     monkeypatch.setattr(page, "PAGE", tmp_path / "strange.md")
-    monkeypatch.setattr(strange, "draw", lambda seed: replace(healthy, seed=seed))
+    monkeypatch.setattr(strange, "draw", lambda seed, two: replace(healthy, seed=seed))
     monkeypatch.setattr(strange, "ask", lambda *of: said("nothing_missing"))
     return tmp_path
 

@@ -1,6 +1,6 @@
 """Diagnoses of machines that nobody developed on, with a concealed cause or none.
 
-    python -m benchmarks.strange [--count 60] [--shard i/n] [--origin HASH] [--render]
+    python -m benchmarks.strange [--count 60] [--two 0] [--shard i/n] [--origin HASH] [--render]
     python -m benchmarks.strange --write N FOLDER [--origin HASH]
 
 Each case is drawn from the origin and its number, written as files, sealed by hash, diagnosed and
@@ -32,6 +32,8 @@ from benchmarks.strange.files import MACHINE, seal, write
 from benchmarks.strange.page import marked, named, render
 from benchmarks.strange.store import SEALS, path_of, stored, waiting
 
+PAIRS = 1000  # number of the first case of two causes
+
 
 def told(case: Drawn, head: Entry, path: Path, hears: Hears) -> tuple[dict[str, Any], str, float]:
     """What the engine says of a case that was sealed before; the seal; how long it took [s]."""
@@ -48,7 +50,7 @@ def told(case: Drawn, head: Entry, path: Path, hears: Hears) -> tuple[dict[str, 
 def run(number: int, origin: str, mark: str, path: Path, hears: Hears) -> Entry:
     """A case's line of results."""
     seed = seed_of(origin, str(number))
-    case = draw(seed)
+    case = draw(seed, number >= PAIRS)
     head = {"name": f"{origin}-{number}", "number": number, "origin": origin, "seed": seed}
     said, sealed, seconds = told(case, head, path, hears)
     return head | {
@@ -87,7 +89,7 @@ def go_through(numbers: Sequence[int], origin: str, path: Path) -> None:
 
 def show(number: int, origin: str, folder: Path) -> None:
     """A case's files, and its truth beside them."""
-    case = draw(seed_of(origin, str(number)))
+    case = draw(seed_of(origin, str(number)), number >= PAIRS)
     write(case, folder)
     text = json.dumps(case.truth | {"numbers": case.machine.numbers}, indent=1)
     (folder / "truth.json").write_text(text + "\n", encoding="utf-8")
@@ -97,6 +99,8 @@ def main() -> int:
     """Run what is not there yet, and render; the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--count", type=int, default=60, help="cases, from number 0")
+    parser.add_argument("--two", type=int, default=0,
+                        help=f"cases of two causes, from number {PAIRS}")  # fmt: skip
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--origin", default=outcome.commit().rstrip("+"), metavar="HASH",
                         help="what the seeds follow from; default: this commit")  # fmt: skip
@@ -110,7 +114,8 @@ def main() -> int:
     status = 0
     try:
         if not given.render:
-            numbers = waiting(range(given.count)[index::shards], given.origin)
+            asked = [*range(given.count), *range(PAIRS, PAIRS + given.two)]
+            numbers = waiting(asked[index::shards], given.origin)
             go_through(numbers, given.origin, path_of(index, shards))
     except KeyboardInterrupt:
         status = 130

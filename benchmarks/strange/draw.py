@@ -1,8 +1,9 @@
-"""A whole case from a seed: machine, motions, sensor, and nothing or one cause of a drawn size."""
+"""A whole case from a seed: machine, motions, sensor, and nothing, a cause or two."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -12,18 +13,19 @@ from benchmarks.shop.motions import Motion, angles
 from benchmarks.shop.stage import Array
 from benchmarks.strange.machines import Machine, Random, draw_machine, machine_file
 from benchmarks.strange.moves import draw_motions
-from benchmarks.strange.running import HEALTHY, Acts, moved
+from benchmarks.strange.running import HEALTHY, Acts, both, moved
 from benchmarks.strange.sensing import Sensor, draw_sensor
-from benchmarks.strange.sizes import Sized, concealed
+from benchmarks.strange.sizes import Sized, concealed, concealed_both
 
-NULLS = 0.3  # share of cases with nothing wrong
+NULLS = 0.3  # share of cases with nothing wrong, where no two causes are asked for
+TWO = "two"
 Told = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Drawn:
     """``file``: the machine file's text; ``tables``: columns of each recording; ``found``: what is
-    concealed, None where nothing is.
+    concealed.
     """
 
     seed: int
@@ -31,18 +33,21 @@ class Drawn:
     file: str
     sensor: Sensor
     motions: list[Motion]
-    found: Sized | None
+    found: tuple[Sized, ...]
     tables: list[dict[str, Array]]
 
     @property
     def truth(self) -> Told:
-        """Effect, place, parameters and E0 of what is concealed, as it is stored."""
-        if self.found is None:
+        """Effect, place, parameters and E0 of what is concealed, as it is stored; of two causes
+        each, and the lower E0.
+        """
+        if not self.found:
             return {"effect": None, "location": None, "parameters": {}, "E0": 0.0}
-        cause = self.found.cause
-        parameters = dict(cause.parameters(self.found.size))
-        return {"effect": cause.name, "location": cause.location, "parameters": parameters,
-                "E0": self.found.evidence}  # fmt: skip
+        each = [one.told for one in self.found]
+        if len(each) == 1:
+            return each[0]
+        least = min(one["E0"] for one in each)
+        return {"effect": TWO, "location": None, "effects": each, "E0": least}
 
 
 def generator(seed: int, part: int) -> Random:
@@ -54,7 +59,8 @@ def truth_of(told: Told) -> Truth:
     """What may be said of a case, by what is stored of it."""
     if told["effect"] is None:
         return nothing()
-    return named(told["location"], [(told["effect"], told["location"])])
+    each = [(one["effect"], one["location"]) for one in told.get("effects", [told])]
+    return named(" ".join(place for _, place in each), each)
 
 
 def _table(sensor: Sensor, motion: Motion, radius: float, seen: Array) -> dict[str, Array]:
@@ -79,14 +85,18 @@ def _tables(
     return tables
 
 
-def draw(seed: int) -> Drawn:
-    """The case of a seed, always the same."""
+def draw(seed: int, two: bool = False) -> Drawn:
+    """The case of a seed, always the same; with ``two`` causes of different kinds."""
     machine, sensor = draw_machine(generator(seed, 0)), draw_sensor(generator(seed, 1))
     motions = draw_motions(generator(seed, 2), machine, sensor.row)
-    random, found = generator(seed, 3), None
-    if random.random() >= NULLS:
-        found, sensor = concealed(random, machine, motions, sensor)
-    acts = HEALTHY if found is None else found.acts
+    random = generator(seed, 3)
+    found: tuple[Sized, ...] = ()
+    if two:
+        found, sensor = concealed_both(random, machine, motions, sensor)
+    elif random.random() >= NULLS:
+        one, sensor = concealed(random, machine, motions, sensor)
+        found = (one,)
+    acts = reduce(both, [one.acts for one in found]) if found else HEALTHY
     tables = _tables(seed, machine, sensor, motions, acts)
     text = machine_file(machine.numbers, generator(seed, 5))
     return Drawn(seed, machine, text, sensor, motions, found, tables)

@@ -21,6 +21,7 @@ HEAD = ["case", "concealed", "E0", "verdict", "named", "place", "grade", "s"]
 CLASS = "class"
 OF_CAUSES = (RIGHT, CLASS, PLACE, ABSTAINED, MISSED, WRONG)
 OF_NULLS = (RIGHT, ABSTAINED, ALARM, WRONG)
+KINDS = {"a cause": OF_CAUSES, "two causes": OF_CAUSES, "nothing": OF_NULLS}
 
 
 def marked(truth: dict[str, Any], told: dict[str, Any]) -> str:
@@ -48,13 +49,25 @@ def _row(entry: Entry) -> list[str]:
             told["coordinate"] or "-", marked(truth, told), f"{entry['seconds']:.0f}"]  # fmt: skip
 
 
+def _concealed(truth: dict[str, Any]) -> str:
+    """Nothing, a cause, or two."""
+    if truth["effect"] is None:
+        return "nothing"
+    return "two causes" if "effects" in truth else "a cause"
+
+
 def summary(entries: Sequence[Entry]) -> str:
     """Counts of one origin's cases and Wilson bounds."""
-    marks = [(e["truth"]["effect"] is None, marked(e["truth"], e["told"])) for e in entries]
-    causes = Counter(mark for null, mark in marks if not null)
-    nulls = Counter(mark for null, mark in marks if null)
-    lines = [["a cause", name, rate(causes[name], causes.total())] for name in OF_CAUSES]
-    lines += [["nothing", name, rate(nulls[name], nulls.total())] for name in OF_NULLS]
+    marks: dict[str, Counter[str]] = {}
+    for e in entries:
+        counts = marks.setdefault(_concealed(e["truth"]), Counter())
+        counts[marked(e["truth"], e["told"])] += 1
+    lines = [
+        [what, name, rate(marks[what][name], marks[what].total())]
+        for what, grades in KINDS.items()
+        if what in marks
+        for name in grades
+    ]
     return table(["concealed", "grade", "share [Wilson 95 %]"], lines)
 
 

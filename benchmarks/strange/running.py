@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from benchmarks.shop.simulator import simulate
 from benchmarks.shop.stage import Array, Faults
 from benchmarks.strange.machines import Machine
 
+NEUTRAL = Faults()
 FINE, SETTLES = 5e-4, 1.0  # [s]: between simulated rows at most; held before a recording begins
 Changes = Callable[[int, Array, Array], Array]  # recording, time [s], values -> values
 
@@ -37,6 +38,23 @@ class Acts:
 
 
 HEALTHY = Acts()
+
+
+def both(one: Acts, two: Acts) -> Acts:
+    """What two causes do; of axes, drives and the sensor, the one on the earlier comes first."""
+    return Acts(
+        lambda n, time: _merged(one.faults(n, time), two.faults(n, time)),
+        lambda n, time, phi: two.played(n, time, one.played(n, time, phi)),
+        lambda n, time, xy: two.shown(n, time, one.shown(n, time, xy)),
+        one.loose or two.loose,
+    )
+
+
+def _merged(one: Faults, two: Faults) -> Faults:
+    """One's faults, and what two does to belts and play."""
+    own = {name: getattr(two, name) for name in ("sections", "play", "soft")}
+    done = {name: value for name, value in own.items() if value != getattr(NEUTRAL, name)}
+    return replace(one, **done)  # type: ignore[arg-type]
 
 
 def grid(time: Array) -> tuple[Array, int, int]:

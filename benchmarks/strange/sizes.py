@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from benchmarks.strange.running import HEALTHY, Acts, all_moved
 from benchmarks.strange.sensing import Sensor
 
 CAUSES: tuple[Draws, ...] = LOADS + DRIVES + SENSORS
+KINDS: tuple[tuple[Draws, ...], ...] = (LOADS, DRIVES, SENSORS)
 NEEDS_ZERO = "constant_force"  # an unknown zero hides it
 VISIBLE, FAINT = (3e3, 3e5), 500.0  # E0 that is asked for; below which a cause is drawn anew
 TRIES, CLOSE, FARTHEST = 8, 0.2, 30.0  # of a size; of log E0; factor of one correction
@@ -38,6 +40,13 @@ class Sized:
     def acts(self) -> Acts:
         """What it does."""
         return self.cause.acts(self.size)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """Effect, place, parameters and E0, as they are stored."""
+        parameters = dict(self.cause.parameters(self.size))
+        return {"effect": self.cause.name, "location": self.cause.location,
+                "parameters": parameters, "E0": self.evidence}  # fmt: skip
 
 
 def evidence_of(
@@ -73,13 +82,28 @@ def sized(cause: Cause, target: float, evidence: Callable[[Acts], float]) -> Siz
 
 
 def concealed(
-    random: Random, machine: Machine, motions: list[Motion], sensor: Sensor
+    random: Random,
+    machine: Machine,
+    motions: list[Motion],
+    sensor: Sensor,
+    among: tuple[Draws, ...] = CAUSES,
 ) -> tuple[Sized, Sensor]:
     """A cause of a size that is seen, and the sensor, which has a known zero where it must."""
     target, evidence = spread(random, *VISIBLE), evidence_of(machine, motions, sensor)
     while True:
-        cause = CAUSES[int(random.integers(len(CAUSES)))](random, About(machine, motions))
+        cause = among[int(random.integers(len(among)))](random, About(machine, motions))
         sees = replace(sensor, offsets=None) if cause.name == NEEDS_ZERO else sensor
         found = sized(cause, target, lambda acts, sees=sees: evidence(sees, acts))  # type: ignore[misc]
         if found.evidence >= FAINT:
             return found, sees
+
+
+def concealed_both(
+    random: Random, machine: Machine, motions: list[Motion], sensor: Sensor
+) -> tuple[tuple[Sized, ...], Sensor]:
+    """Two causes of different kinds, each seen if it were alone, and the sensor."""
+    found: list[Sized] = []
+    for kind in np.sort(random.choice(len(KINDS), 2, replace=False)):
+        one, sensor = concealed(random, machine, motions, sensor, KINDS[kind])
+        found.append(one)
+    return tuple(found), sensor
