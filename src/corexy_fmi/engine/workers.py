@@ -16,7 +16,9 @@ TRIM_THRESHOLD, MMAP_THRESHOLD, ARENA_MAX = -1, -3, -8
 KEPT = 2**28  # [bytes] of freed memory that wait for the next call
 APART = 2**25  # [bytes] from which on a block goes back at once, as it does by default
 USED = {ARENA_MAX: 1, MMAP_THRESHOLD: APART, TRIM_THRESHOLD: KEPT}
-DEFAULT = {ARENA_MAX: 0, MMAP_THRESHOLD: 2**17, TRIM_THRESHOLD: 2**17}  # 0: as many as it likes
+# given back; that blocks go back at once from there on stays: glibc's own threshold grows as far,
+# and once set it would never again
+DEFAULT = {ARENA_MAX: 0, TRIM_THRESHOLD: 2**17}  # 0: as many as it likes
 
 
 @contextmanager

@@ -41,11 +41,9 @@ def _from_the_first(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Ent
     begun again where that ended: of what is strong a small part decides, and many minima are near.
     """
     named = [e for e in entries if e.hypothesis.uses]
-    beaten = [e for e in named[1:] if NEARLY * named[0].gain < e.gain < named[0].gain - CLOSE][
-        :RIVALS
-    ]
-    fits = mapper(lambda e: _begun(e.fit, named[0].fit), beaten)
-    again = {id(e): entry_of(base, fit) for e, fit in zip(beaten, fits, strict=True)}
+    near = [e for e in named[1:] if NEARLY * named[0].gain < e.gain < named[0].gain - CLOSE]
+    fits = list(mapper(lambda e: _begun(e.fit, named[0].fit), near[:RIVALS]))
+    again = {id(e): entry_of(base, fit) for e, fit in zip(near, fits, strict=False)}
     return sorted((again.get(id(e), e) for e in entries), key=lambda e: -e.gain)
 
 
