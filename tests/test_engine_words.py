@@ -5,12 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from engine_kit import fitted, machine, problem, record, rich_motion
+from engine_kit import fitted, machine, problem, record, rich_motion, short_motion
 
+from corexy_fmi.engine.fitting.fit import minimise
 from corexy_fmi.engine.fitting.free_form import LawShape, law_errors, law_values
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.judging.model import covariance, tuned_machine
 from corexy_fmi.engine.judging.period import period
+from corexy_fmi.engine.naming import again
 from corexy_fmi.engine.naming.again import by_parity, refined
 from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.machine import FreeForm
@@ -44,6 +46,17 @@ def test_a_law_is_told_to_be_odd_or_even_where_its_other_half_does_not_pay(parit
     finer = refined(found)
     assert rank(finer) <= rank(found)
     assert finer.problem.hypothesis.law.parity == parity
+
+
+@pytest.mark.parametrize(("knots", "kept"), [(12, 23), (17, 17)])
+def test_a_law_is_refined_as_far_as_a_machine_holds_its_knots(knots, kept, monkeypatch):
+    """One that was refined before has too many for another time."""
+    run = record(machine(), short_motion())
+    law = LawShape("x", "t", tuple(np.linspace(0, 1.2, knots).tolist()), 0.1)
+    asked = replace(problem(run, machine()), hypothesis=Hypothesis(law=law))
+    monkeypatch.setattr(again, "rank", lambda fit: -fit.problem.size)  # more knots pay
+    found = refined(minimise(asked, np.zeros(asked.size), 0))
+    assert len(found.problem.hypothesis.law.knots) == kept
 
 
 def told(waves: float, share: float) -> str:

@@ -18,6 +18,7 @@ from corexy_fmi.engine.naming.candidates import finer
 from corexy_fmi.engine.naming.entries import Entry, entry_of
 from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.call import Array
+from corexy_fmi.kernel.layout import KNOTS
 
 SHAKE, AGAIN = 1.0, 8  # from how far beside, iterations
 BETTER = 1.0  # [nats] that it must gain to be taken
@@ -32,9 +33,11 @@ def repolish(base: Fit, winner: Fit) -> Fit:
 
 
 def refined(fit: Fit) -> Fit:
-    """A free-form law with twice the knots, where they pay; any other fit as it is."""
+    """A free-form law with twice the knots, where they pay and a machine holds them; any other fit
+    as it is.
+    """
     law = fit.problem.hypothesis.law
-    if law is None:
+    if law is None or 2 * len(law.knots) - 1 > KNOTS:
         return fit
     twice = finer(law)
     again = settle(with_laws(fit, [twice], [np.interp(twice.knots, law.knots, law_values(fit))]))
