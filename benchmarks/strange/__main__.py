@@ -107,6 +107,8 @@ def main() -> int:
     parser.add_argument("--render", action="store_true", help="only the table of docs/strange.md")
     parser.add_argument("--write", nargs=2, metavar=("N", "FOLDER"), help="only a case's files")
     given = parser.parse_args()
+    if given.count > PAIRS:
+        parser.error(f"--count: found {given.count}, expected at most {PAIRS}")
     if given.write:
         show(int(given.write[0]), given.origin, Path(given.write[1]))
         return 0
