@@ -59,6 +59,23 @@ def test_the_quieter_of_two_tied_causes_tells_the_noise(gains):
     assert np.isfinite(retuned.cost)
 
 
+def test_under_a_ceiling_all_are_judged_under_the_noise_of_the_first():
+    """The others were held to it before, and stand far behind; nothing had its own noise."""
+    base, (wrong, right) = tied()
+    ceiling = right.fit.problem.noise
+    base = replace(base, problem=replace(base.problem, ceiling=ceiling))
+    before = [replace(right, gain=60.0), replace(wrong, gain=-500.0)]
+    retuned, judged = under_one_noise(base, before, map)
+    assert {size(f) for f in (retuned, *(e.fit for e in judged))} == {size(right.fit)}
+    assert [e.hypothesis.uses[0].effect.name for e in judged] == [
+        "constant_force",
+        "quadratic_drag",
+    ]
+    assert judged[1].gain > -500.0
+    faint = [replace(e, gain=5.0) for e in before]
+    assert under_one_noise(base, faint, map) == (base, faint)
+
+
 @pytest.mark.parametrize("gains", [(60.0, 5.0), (500.0, 50.0)], ids=["faint", "far behind"])
 def test_one_that_is_not_as_good_tells_nothing(gains):
     base, entries = tied()

@@ -1,5 +1,6 @@
 """A second effect beside one: how much it must gain, and what else may speak for it."""
 
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import pytest
@@ -12,17 +13,17 @@ from corexy_fmi.machine import EffectUse
 
 FIRST = 10_000.0  # [nats] that the first effect gains
 REFUTED, WHOLE = Leftover(45.0, 8.0, ""), Leftover(1.0, 0.2, "")
-STARK = Leftover(80.0, 15.0, "")
+STARK, STARKER = Leftover(80.0, 15.0, ""), Leftover(300.0, 31.0, "")
 
 
-def fit(cost, left):
-    return SimpleNamespace(cost=cost, left=left)
+def fit(cost, left, uses=()):
+    hypothesis = SimpleNamespace(uses=uses, key=uses)
+    problem = SimpleNamespace(noise="own", ceiling=None, hypothesis=hypothesis)
+    return SimpleNamespace(cost=cost, left=left, problem=problem)
 
 
 def sought(uses, cost):
-    found = fit(cost, WHOLE)
-    found.problem = SimpleNamespace(hypothesis=SimpleNamespace(uses=uses))
-    return found
+    return fit(cost, WHOLE, uses)
 
 
 @pytest.fixture
@@ -45,11 +46,85 @@ def plain(monkeypatch):
         (40.0, STARK, WHOLE, True),  # no wrong form leaves as much, whatever the share
         (40.0, STARK, REFUTED, False),
         (5.0, STARK, WHOLE, False),
+        (600.0, STARK, REFUTED, True),
+        (600.0, STARK, STARK, False),  # one of many that mend a form, and hardly
+        (600.0, STARKER, STARK, True),
+        (1_100.0, STARK, STARK, True),
     ],
 )
 def test_what_pays(gain, one, two, pays):
     base, single = fit(FIRST, REFUTED), fit(0.0, one)
     assert second._pays(single, fit(-gain, two), base) is pays
+
+
+@dataclass(frozen=True)
+class Held:
+    noise: str
+    ceiling: str | None = None
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("gain", "pays"), [(9_000.0, True), (7_000.0, False)])
+def test_under_a_ceiling_shares_are_of_what_one_gains_under_it(monkeypatch, gain, pays):
+    """One that is held to it costs more than nothing does under the noise of nothing."""
+    base, single = fit(0.0, REFUTED), fit(50_000.0, WHOLE)
+    base.u, base.problem, single.problem = None, Held("own", "quiet"), Held("quiet")
+    seen = []
+
+    def minimise(problem, u, iterations):
+        seen.append((problem.noise, iterations))
+        return fit(250_000.0, REFUTED)
+
+    monkeypatch.setattr(second, "minimise", minimise)
+    single.problem = replace(single.problem, noise=base.problem.ceiling)
+    assert second._pays(single, fit(50_000.0 - gain, WHOLE), base) is pays
+    assert seen == [("quiet", 0)]
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("costs", "tried", "turn"),
+    [
+        ((-900.0, -890.0), {}, "play"),
+        ((-900.0, -890.0), {"play": -900.0}, "steps"),
+        ((-900.0, -890.0), {"play": -700.0}, "play"),  # it was stuck when it was tried
+        ((-900.0, -800.0), {"play": -900.0}, None),  # far behind
+        ((-900.0, -890.0), {"play": -900.0, "steps": -880.0}, None),
+        ((-5.0, -4.0), {}, None),  # nothing is explained
+    ],
+)
+def test_whose_turn_it_is(costs, tried, turn):
+    fits = [sought((name,), cost) for name, cost in zip(("play", "steps"), costs, strict=True)]
+    before = {(name,): cost for name, cost in tried.items()}
+    found = second._turn(fit(0.0, REFUTED), [fit(-2_000.0, WHOLE), *fits], before)
+    assert found is next((f for f in fits if f.problem.hypothesis.uses == (turn,)), None)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("left", "searches"),
+    [
+        ([WHOLE], ["play"]),
+        ([REFUTED, WHOLE], ["play", "steps"]),
+        ([REFUTED, REFUTED, WHOLE], ["play", "steps"]),  # no more than that
+    ],
+)
+def test_what_is_about_as_good_has_its_turn_where_pairs_leave_something(
+    monkeypatch, left, searches
+):
+    fits = [sought(("play",), -900.0), sought(("steps",), -890.0), sought(("drag",), -880.0)]
+    asked = []
+
+    def joining(base, one, fits, singles, mapper):
+        asked.append(one.problem.hypothesis.uses[0])
+        return base, [fit(-1_000.0 - len(asked), left[len(asked) - 1])]
+
+    monkeypatch.setattr(second, "_joining", joining)
+    monkeypatch.setattr(second, "at_resolution", lambda fit: False)
+    base, found = second.pairs(fit(0.0, REFUTED), fits, [], map)
+    assert asked == searches
+    assert [f.cost for f in found] == [-1_002.0, -1_001.0][-len(asked) :]
+    assert base.cost == 0.0
 
 
 @pytest.mark.usefixtures("plain")

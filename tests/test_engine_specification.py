@@ -10,10 +10,19 @@ from corexy_fmi.engine.data.samples import make_run
 from corexy_fmi.engine.fitting.clean import without_spikes
 from corexy_fmi.engine.fitting.fit import minimise, settle
 from corexy_fmi.engine.fitting.quiet import at_rest, independent
-from corexy_fmi.engine.naming.specification import functions, leftover
+from corexy_fmi.engine.naming.specification import TRACE, Leftover, functions, leftover, removed
 from corexy_fmi.machine import EffectUse
 from corexy_fmi.motion import chain, rest
-from tests.engine_kit import NOISE, fitted, machine, pair, problem, record, rich_motion
+from tests.engine_kit import (
+    NOISE,
+    fitted,
+    machine,
+    pair,
+    problem,
+    record,
+    rich_motion,
+    with_effects,
+)
 
 BENCH = "light_bench"
 CAUSES = {
@@ -135,3 +144,16 @@ def _humming(recording):
         wander = np.convolve(random.normal(size=len(recording.time)), smooth, mode="same")
         channels[name] = channels[name] + 3 * NOISE * wander / wander.std() * moving
     return replace(recording, channels=channels)
+
+
+def test_a_trace_of_what_a_strong_cause_removes_does_not_speak_against_it():
+    """A gain is a logarithm where each fit has a noise of its own: squares tell what is left."""
+    turned = EffectUse("sensor_rotation", "sensor", {"angle": 0.01})
+    shown = record(with_effects(machine(), turned), rich_motion())
+    base = settle(fitted(problem(shown, machine())))
+    right = settle(fitted(problem(shown, machine(), [("sensor_rotation", "sensor")])))
+    squares = removed(base, right)
+    assert squares > 3 * (base.cost - right.cost)
+    for share, trace in ((0.9, True), (1.1, False)):
+        assert Leftover(share * TRACE * squares, 20.0, "speed").is_trace(base, right) is trace
+    assert not Leftover(30.0, 8.0, "speed").is_trace(base, base)

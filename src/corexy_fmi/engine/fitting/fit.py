@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.noise import quick_noise, white
+from corexy_fmi.engine.fitting.noise import quick_noise, size, white
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.quiet import own_models
 from corexy_fmi.engine.fitting.slopes import BROKEN
@@ -125,14 +125,15 @@ def stepped(
 
 
 def own_noise(fit: Fit) -> Problem:
-    """The same problem with the noise that this fit's own residuals show; as it is where a run
-    breaks down, which one lane may do where eight did not.
+    """The same problem with the noise that this fit's own residuals show, up to the ceiling; as it
+    is where a run breaks down, which one lane may do where eight did not.
     """
     runs = fit.problem.runs
     errors = [[e[0] for e in fit.problem.errors(fit.u[None], r)] for r in range(len(runs))]
     if not all(np.abs(e).max(initial=0.0) < BROKEN for own in errors for e in own):
         return fit.problem
-    return replace(fit.problem, noise=own_models(runs, errors))
+    noise, most = own_models(runs, errors), fit.problem.ceiling
+    return replace(fit.problem, noise=most if most and size(most) < size(noise) else noise)
 
 
 def white_noise(fit: Fit) -> Problem:
@@ -144,13 +145,21 @@ def white_noise(fit: Fit) -> Problem:
 def settle(fit: Fit, rounds: int = 2, iterations: int = 6) -> Fit:
     """Alternate between the noise of the residuals and the fit under that noise; a fit that breaks
     down under it stays as it was.
+
+    Where the noise that it began under costs less in the end, and is below the ceiling, it is
+    fitted under that: a recording that it makes quiet has its noise held against the others, and
+    who explains nothing of either would gain more.
     """
+    ended = fit
     for _ in range(rounds if np.isfinite(fit.cost) else 0):
-        again = minimise(own_noise(fit), fit.u, iterations)
+        again = minimise(own_noise(ended), ended.u, iterations)
         if not np.isfinite(again.cost):
             break
-        fit = again
-    return fit
+        ended = again
+    most = fit.problem.ceiling
+    if ended.cost <= fit.cost or (most and size(most) < size(fit.problem.noise)):
+        return ended
+    return min(fit, minimise(fit.problem, ended.u, iterations), key=lambda f: f.cost)
 
 
 def hides(problem: Problem, other: Problem, u: Array, most: float = HIDDEN) -> bool:

@@ -6,6 +6,7 @@ starts the filter anew: its first samples are only divided by the marginal stand
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,6 +107,11 @@ def _yule_walker(covariance: Array, order: int) -> Array:
 def white(std: float) -> Noise:
     """White noise of a standard deviation."""
     return Noise(np.zeros(0), std, std)
+
+
+def size(models: Sequence[Sequence[Noise]]) -> float:
+    """Geometric mean of the noises' standard deviations over all channels of all runs."""
+    return float(np.exp(np.mean([np.log(m.marginal) for of_run in models for m in of_run])))
 
 
 def quick_noise(samples: Samples) -> float:

@@ -26,13 +26,15 @@ from corexy_fmi.kernel.spare import shared
 class Problem(Parametrisation):
     """A machine, runs with their noise, and a hypothesis.
 
-    ``noise`` holds one `Noise` for each channel of each run.
+    ``noise`` holds one `Noise` for each channel of each run; no louder one is taken than
+    ``ceiling``, where given.
     ``limit`` is the micro-step [s], one for all sets of a fit: the machine file's, or what the
     effects need where they begin; 0, each machine's own, where pinned.  ``coarse`` lengthens
     both.  Where the hypothesis damps belts, it is halved as the damping at hand asks.
     """
 
     noise: tuple[tuple[Noise, ...], ...] = field(kw_only=True)
+    ceiling: tuple[tuple[Noise, ...], ...] | None = field(default=None, kw_only=True)
     coarse: float = field(default=1.0, kw_only=True)
     limit: float = field(init=False)
 

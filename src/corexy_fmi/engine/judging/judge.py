@@ -177,7 +177,7 @@ def _guarded(
     left, winner = leftover(fit), verdict.entry.gain if verdict.entry else 0.0
     if verdict.word == "explained" and at_resolution(fit):
         return replace(verdict, stands=left)
-    if verdict.word != "unexplained" and left.matters(winner) and left.gain > form_floor(fit):
+    if verdict.word != "unexplained" and left.matters(winner) and _tells(left, retuned, fit):
         return incomplete(verdict, f"the {left.cause} still explains part of it", left)
     if verdict.word != "unexplained" and (count := broken(fit)):
         return incomplete(verdict, f"which would have to be {count}")
@@ -196,6 +196,11 @@ def _guarded(
     found = _unless_late(verdict, proof, weak, restless(proof) or repeating(proof) or slow)
     alone = found.word == "unexplained" and found.reason == slow
     return replace(found, left=Leftover(0.0, 0.0, slow, axis)) if alone else found
+
+
+def _tells(left: Leftover, retuned: Fit, fit: Fit) -> bool:
+    """Whether what a fit leaves is more than a wrong shape may."""
+    return left.gain > form_floor(fit) and not left.is_trace(retuned, fit)
 
 
 def _unless_late(nothing: Verdict, proof: Proof, weak: bool, reason: str = "") -> Verdict:

@@ -39,6 +39,7 @@ from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.engine.naming.pairs import pairs, paying
 from corexy_fmi.engine.naming.pulses import pulse_fits
+from corexy_fmi.engine.naming.quietest import under_ceiling
 from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, once, rank, search
 from corexy_fmi.engine.naming.whole import with_whole_counts
 
@@ -110,11 +111,12 @@ def compete(
     if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
         fits = sorted(laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
     fits = with_whole_counts(fits, mapper)
+    base, fits = under_ceiling(base, fits, mapper)
     fits[:1] = [recentred(f, mapper) for f in fits[:1]]
     base = repolish(base, fits[0]) if fits else base
     fits[:1] = [refined(f) for f in fits[:1]]
     tell("looking for a second effect")
-    sets = pairs(base, fits, singles, mapper)
+    base, sets = pairs(base, fits, singles, mapper)
     sets += paying(jointly(base, [*sets, *fits], singles, mapper), fits, base, mapper)
     entries = joined(base, [], [*sets, *fits])
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)

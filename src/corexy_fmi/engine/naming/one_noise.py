@@ -11,9 +11,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise
+from corexy_fmi.engine.fitting.noise import size
 from corexy_fmi.engine.fitting.quiet import LOUDER
 from corexy_fmi.engine.naming.entries import THRESHOLD, Entry, entry_of
 from corexy_fmi.engine.naming.search import LONG, PLAIN, margin
@@ -24,12 +23,13 @@ MORE = 1.05  # times what a fit of nothing takes for noise
 def under_one_noise(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fit, list[Entry]]:
     """The retuned machine and the entries, best first, under the noise of the quietest of those
     that another noise may put first (`search.margin`), where another of those is louder than noise
-    may differ; as they are anywhere else.
+    may differ or a ceiling stands (`quietest.py`); as they are anywhere else.
     """
     entries = _no_louder(base, entries, mapper)
     least = max(entries[0].gain - margin(entries[0].gain), THRESHOLD) if entries else 0.0
     near = [e.fit for e in entries if e.gain > least]
-    if len(near) < 2 or max(map(_size, near)) < LOUDER * min(map(_size, near)):
+    sizes = [_size(fit) for fit in near]
+    if not near or (not base.problem.ceiling and max(sizes) < LOUDER * min(sizes)):
         return base, entries
     quiet = min(near, key=_size)
     noise = quiet.problem.noise
@@ -59,6 +59,4 @@ def _no_louder(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
 
 
 def _size(fit: Fit) -> float:
-    """Geometric mean of the noise's standard deviations over all channels of all runs."""
-    sizes = [noise.marginal for models in fit.problem.noise for noise in models]
-    return float(np.exp(np.mean(np.log(sizes))))
+    return size(fit.problem.noise)

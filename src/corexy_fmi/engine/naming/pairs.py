@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise
 from corexy_fmi.engine.fitting.resolution import at_resolution
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.again import polished, shaken
 from corexy_fmi.engine.naming.entries import THRESHOLD, form_floor
 from corexy_fmi.engine.naming.kindred import kindred
 from corexy_fmi.engine.naming.overtones import alone, overtone_fits
-from corexy_fmi.engine.naming.search import rank, search
+from corexy_fmi.engine.naming.quietest import held_to, quieter
+from corexy_fmi.engine.naming.retimed import retimed
+from corexy_fmi.engine.naming.search import CLOSE, rank, search
 from corexy_fmi.engine.naming.specification import leftover
 from corexy_fmi.engine.naming.whole import whole
 
+ROUNDS = 2  # searches of what joins a first cause, at most
 SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
+MENDING_SHARE = 0.1  # the same where both leave starkly, and more than half of what one does
 COMPLETING = 0.005  # the same where the first one alone is refuted by what it leaves, both are not
 WHOLE = 3.0  # standard deviations of what both leave to simple functions, at most
 STARK = 10.0  # of what one alone leaves: no wrong form did, whatever share both gain
@@ -32,27 +41,75 @@ def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
     ]
 
 
-def pairs(base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper) -> list[Fit]:
-    """Second effects on top of the best catalogued fit, and a check of the first one."""
-    named = [f for f in fits if f.problem.hypothesis.uses]
-    if not named or base.cost - rank(named[0]) < THRESHOLD or at_resolution(named[0]):
-        return []
-    found = search(named[0], _extended(named[0], singles), mapper, 3, THRESHOLD)[:3]
+def pairs(
+    base: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
+) -> tuple[Fit, list[Fit]]:
+    """Second effects on top of the best catalogued fit, and a check of the first one; before them
+    the retuned machine, under the ceiling that they set (`quietest.py`).
+
+    Where that leaves something, what else is about as good has its turn, and so has a first one
+    that a second led out of where it was stuck.
+    """
+    found: list[Fit] = []
+    tried: dict[tuple[tuple[str, str], ...], float] = {}
+    for _ in range(ROUNDS):
+        one = _turn(base, fits, tried)
+        if one is None or at_resolution(one):
+            break
+        tried[one.problem.hypothesis.key] = one.cost
+        base, more = _joining(base, one, fits, singles, mapper)
+        found = sorted([*found, *more], key=rank)
+        if _complete(found[0] if found else _named(fits)[0]):
+            break
+    return base, found
+
+
+def _named(fits: Sequence[Fit]) -> list[Fit]:
+    """Catalogued fits, best first."""
+    return sorted((f for f in fits if f.problem.hypothesis.uses), key=rank)
+
+
+def _turn(
+    base: Fit, fits: Sequence[Fit], tried: Mapping[tuple[tuple[str, str], ...], float]
+) -> Fit | None:
+    """The best catalogued fit that explains something and was not tried, or is far better since;
+    none that is far behind the best one.
+    """
+    named = [f for f in _named(fits) if base.cost - rank(f) >= THRESHOLD]
+    near = [f for f in named if rank(f) < rank(named[0]) + CLOSE]
+    lately = (tried.get(f.problem.hypothesis.key, np.inf) - f.cost for f in near)
+    return next((f for f, gain in zip(near, lately, strict=True) if gain > CLOSE), None)
+
+
+def _joining(
+    base: Fit, one: Fit, fits: list[Fit], singles: list[Hypothesis], mapper: Mapper
+) -> tuple[Fit, list[Fit]]:
+    """Pairs of one of ``fits`` that pay; what they lead out of where it was stuck takes its place
+    there.
+    """
+    found = search(one, _extended(one, singles), mapper, 3, THRESHOLD)[:3]
     if not found:
-        return []
-    pulses = overtone_fits(named[0], found, mapper)
+        return base, []
+    pulses = overtone_fits(one, found, mapper)
     fits += map(alone, pulses)
-    found = sorted([*mapper(whole, found), *pulses, *kindred(found, singles, mapper)], key=rank)
-    single = polished(named[0], found[0])
-    fits[fits.index(named[0])] = named[0] = single
+    found = [whole(retimed(two, singles, mapper)) for two in found]
+    found = sorted([*found, *pulses, *kindred(found, singles, mapper)], key=rank)
+    single = polished(one, found[0])
+    fits[fits.index(one)] = single
     found[0] = _completed(single, found[0], base, mapper)
+    quiet = quieter(single, found, COMPLETING * _gained(single, base))
+    if quiet is not None:
+        base, fits[:], found = held_to(quiet, base, fits, found, mapper)
+        single = next(
+            f for f in fits if f.problem.hypothesis.uses == single.problem.hypothesis.uses
+        )
     added = found[0].problem.hypothesis.uses[-1]
     other = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
-    if other is not None and _pays(named[0], found[0], base):
+    if other is not None and _pays(single, found[0], base):
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
         found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
-    return paying(found, fits, base, mapper)
+    return base, paying(found, fits, base, mapper)
 
 
 def paying(found: list[Fit], fits: list[Fit], base: Fit, mapper: Mapper) -> list[Fit]:
@@ -78,7 +135,7 @@ def _pays_over_parts(two: Fit, fits: list[Fit], base: Fit) -> bool:
 
 def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
     """The best catalogued fit, and those of either of a pair's effects alone."""
-    named = [f for f in fits if f.problem.hypothesis.uses]
+    named = _named(fits)
     return named[:1] + _singles(two, named)
 
 
@@ -93,10 +150,24 @@ def _pays(one: Fit, two: Fit, base: Fit) -> bool:
     to others, either more than that, or what one leaves to simple functions and both do not; any
     gain where that is stark.
     """
-    gain, first = rank(one) - rank(two), base.cost - one.cost
+    gain, first = rank(one) - rank(two), _gained(one, base)
     if gain < max(THRESHOLD + form_floor(two), _least(one) * first):
         return False
-    return gain > SECOND_SHARE * first or (leftover(one).matters(0.0) and _complete(two))
+    return gain > _share(one, two) * first or (leftover(one).matters(0.0) and _complete(two))
+
+
+def _share(one: Fit, two: Fit) -> float:
+    """Share of one's gain that a second effect gains at least, whatever both leave."""
+    left = leftover(two).score
+    mends_little = left > STARK and left > 0.5 * leftover(one).score
+    return MENDING_SHARE if mends_little else SECOND_SHARE
+
+
+def _gained(one: Fit, base: Fit) -> float:
+    """What one gains over nothing [nats]; under its own noise where that is a ceiling's."""
+    if one.problem.noise is not base.problem.ceiling:
+        return base.cost - one.cost
+    return minimise(replace(base.problem, noise=one.problem.noise), base.u, 0).cost - one.cost
 
 
 def _least(one: Fit) -> float:

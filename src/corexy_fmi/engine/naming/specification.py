@@ -10,7 +10,7 @@ whiteness does (Godfrey, Misspecification Tests in Econometrics, 1988, doi:10.10
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from corexy_fmi.kernel.call import Array
 SHARP = 0.02  # share of the highest speed over which a direction turns
 INDEPENDENT = 1e-4  # share of its own size that a function keeps after the projection
 SURE, SHARE, LEAST = 5.25, 0.04, 25.0  # standard deviations; of the winner's gain; [nats]
+TRACE = 1e-3  # share of the squares that the winner removes: 3 % of their size
 
 
 STATES = {
@@ -56,8 +57,22 @@ class Leftover:
         """Whether it stands out, beside what the winner gains [nats]."""
         return self.score > SURE and self.gain > max(LEAST, SHARE * winner)
 
+    def is_trace(self, retuned: Fit, winner: Fit) -> bool:
+        """Whether it is next to nothing of what the winner removes: of a cause of 94 um a gain, a
+        logarithm, grows no more with its size, but what a form leaves of it does.
+        """
+        return self.gain < TRACE * removed(retuned, winner)
+
 
 NOTHING = Leftover(0.0, 0.0, "")
+
+
+def removed(before: Fit, after: Fit) -> float:
+    """Half of the squares [nats] that one fit removes of another's errors, under its own noise."""
+    problem = replace(before.problem, noise=after.problem.noise)
+    old = problem.residual(before.u[None])[0][: problem.parts[-1].stop]
+    new = after.residual[: after.problem.parts[-1].stop]
+    return 0.5 * float(old @ old - new @ new)
 
 
 def functions(run: Run) -> dict[str, Array]:
