@@ -24,8 +24,9 @@ from corexy_fmi.engine.naming.overtones import (
     alone,
     overtone_fits,
 )
-from corexy_fmi.engine.naming.pairs import _parts, _pays
+from corexy_fmi.engine.naming.pairs import _parts
 from corexy_fmi.engine.naming.search import rank
+from corexy_fmi.engine.naming.worth import pays
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -103,9 +104,10 @@ def test_pulses_beside_a_force_that_they_do_not_need_are_told_alone():
     assert [i.effect.name for i in single.problem.hypothesis.uses] == ["periodic_disturbance"]
     assert single.problem.hypothesis.shaped
     assert rank(single) < rank(pair)
-    other = replace(single, problem=replace(single.problem, hypothesis=both.hypothesis))
+    better, beside = single.cost - 100, replace(single.problem, hypothesis=both.hypothesis)
+    other = replace(single, cost=better, problem=beside)
     assert _parts(pair, [other, single]) == [other, single]
-    assert not _pays(single, pair, single)
+    assert not pays(single, pair, single)
 
 
 def test_a_sine_beside_another_cause_is_told_alone_as_a_sine():

@@ -8,6 +8,7 @@ from engine_kit import ASIDE, machine, named, record, rich_motion, with_effects
 
 from corexy_fmi.engine import diagnose
 from corexy_fmi.engine.naming import pairs as second
+from corexy_fmi.engine.naming import worth
 from corexy_fmi.engine.naming.specification import Leftover
 from corexy_fmi.machine import EffectUse
 
@@ -29,9 +30,10 @@ def sought(uses, cost):
 @pytest.fixture
 def plain(monkeypatch):
     """Fits that tell what they leave, without a price for parameters."""
-    monkeypatch.setattr(second, "rank", lambda fit: fit.cost)
-    monkeypatch.setattr(second, "form_floor", lambda fit: 0.0)
-    monkeypatch.setattr(second, "leftover", lambda fit: fit.left)
+    for module in (second, worth):
+        monkeypatch.setattr(module, "rank", lambda fit: fit.cost)
+        monkeypatch.setattr(module, "leftover", lambda fit: fit.left)
+    monkeypatch.setattr(worth, "form_floor", lambda fit: 0.0)
 
 
 @pytest.mark.usefixtures("plain")
@@ -54,7 +56,7 @@ def plain(monkeypatch):
 )
 def test_what_pays(gain, one, two, pays):
     base, single = fit(FIRST, REFUTED), fit(0.0, one)
-    assert second._pays(single, fit(-gain, two), base) is pays
+    assert worth.pays(single, fit(-gain, two), base) is pays
 
 
 @dataclass(frozen=True)
@@ -75,9 +77,9 @@ def test_under_a_ceiling_shares_are_of_what_one_gains_under_it(monkeypatch, gain
         seen.append((problem.noise, iterations))
         return fit(250_000.0, REFUTED)
 
-    monkeypatch.setattr(second, "minimise", minimise)
+    monkeypatch.setattr(worth, "minimise", minimise)
     single.problem = replace(single.problem, noise=base.problem.ceiling)
-    assert second._pays(single, fit(50_000.0 - gain, WHOLE), base) is pays
+    assert worth.pays(single, fit(50_000.0 - gain, WHOLE), base) is pays
     assert seen == [("quiet", 0)]
 
 

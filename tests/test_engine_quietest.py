@@ -8,9 +8,9 @@ import pytest
 from engine_kit import NOISE, fitted, machine, problem, record, rich_motion, with_effects
 
 from corexy_fmi.engine.fitting import fit as fitting
-from corexy_fmi.engine.fitting.fit import minimise, own_noise, settle
+from corexy_fmi.engine.fitting.fit import minimise, own_noise, settle, settle_no_dearer
 from corexy_fmi.engine.fitting.noise import size, white
-from corexy_fmi.engine.naming import quietest, search
+from corexy_fmi.engine.naming import quietest
 from corexy_fmi.machine import EffectUse
 
 LOUD = 10.0  # times the noise
@@ -32,6 +32,12 @@ def healthy():
     return fitted(problem(record(machine(), rich_motion()), machine()))
 
 
+@pytest.fixture(scope="module")
+def began(stuck):
+    """The same under the noise of its own."""
+    return minimise(own_noise(stuck), stuck.u)
+
+
 def test_what_is_left_loudly_is_no_noise_under_a_ceiling(stuck):
     ceiling = noise_of(NOISE, NOISE)
     held = replace(stuck, problem=replace(stuck.problem, ceiling=ceiling))
@@ -45,38 +51,36 @@ def test_a_fit_below_the_ceiling_has_the_noise_of_its_own(healthy):
     assert size(own_noise(held).noise) == size(own_noise(healthy).noise) < 1.1 * NOISE
 
 
-@pytest.mark.parametrize("times", [0.3, 1.0])
-def test_a_fit_settles_no_dearer_than_it_began(stuck, monkeypatch, times):
-    """Under noise that is too small for what it leaves, as another recording's may be."""
-    began = minimise(own_noise(stuck), stuck.u)
-    imposed = noise_of(times * NOISE, times * NOISE)
+@pytest.fixture
+def dear(stuck, monkeypatch):
+    """Noise that is too small for what a fit leaves, as another recording's may be, in which it
+    settles.
+    """
+    imposed = noise_of(NOISE, NOISE)
     monkeypatch.setattr(fitting, "own_noise", lambda fit: replace(fit.problem, noise=imposed))
-    assert minimise(replace(stuck.problem, noise=imposed), stuck.u).cost > began.cost + 100
-    ended = settle(began)
-    assert ended.cost <= began.cost
+    return imposed
+
+
+def test_a_fit_settles_no_dearer_than_it_began(stuck, began, dear):
+    assert settle(began).cost > began.cost + 100
+    ended = settle_no_dearer(began)
+    assert ended.cost <= began.cost + 1e-3
     assert ended.problem.noise is began.problem.noise
 
 
-def test_under_a_ceiling_a_fit_settles_however_dear_that_is(stuck):
-    began = minimise(own_noise(stuck), stuck.u)
+def test_a_finalist_costs_no_more_than_under_the_noise_of_the_first(stuck, began, dear):
+    ended = settle_no_dearer(stuck, began.problem.noise)
+    assert ended.cost <= began.cost + 0.1
+    assert ended.problem.noise is began.problem.noise
+    assert settle_no_dearer(stuck, dear).problem.noise is dear
+
+
+def test_under_a_ceiling_a_fit_settles_however_dear_that_is(began):
     ceiling = noise_of(NOISE, NOISE)
-    ended = settle(replace(began, problem=replace(began.problem, ceiling=ceiling)))
-    assert ended.problem.noise is ceiling
-    assert ended.cost > began.cost + 100
-    base = replace(began, problem=ended.problem)
-    assert search.settled_beside(began, ended).problem.noise is ceiling
-    assert search.settled_beside(base, ended).problem.noise is ceiling
-
-
-def test_a_finalist_costs_no_more_than_under_the_noise_of_the_first(stuck, monkeypatch):
-    base = minimise(own_noise(stuck), stuck.u)
-    imposed = noise_of(NOISE, NOISE)
-    dear = minimise(replace(stuck.problem, noise=imposed), stuck.u)
-    monkeypatch.setattr(search, "settle", lambda fit: fit)
-    ended = search.settled_beside(base, dear)
-    assert ended.cost <= base.cost + 0.1 < dear.cost
-    quiet = minimise(own_noise(stuck), stuck.u)
-    assert search.settled_beside(replace(base, problem=dear.problem), quiet) is quiet
+    held = replace(began, problem=replace(began.problem, ceiling=ceiling))
+    for ended in (settle_no_dearer(held), settle_no_dearer(held, began.problem.noise)):
+        assert ended.problem.noise is ceiling
+        assert ended.cost > began.cost + 100
 
 
 def told(cost, left, floor=0.0):

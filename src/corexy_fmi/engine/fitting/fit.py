@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.noise import quick_noise, size, white
+from corexy_fmi.engine.fitting.noise import Noises, quick_noise, size, white
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.quiet import own_models
 from corexy_fmi.engine.fitting.slopes import BROKEN
@@ -18,6 +18,7 @@ from corexy_fmi.kernel.call import Array
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 100.0])
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 ENOUGH = 0.05  # [nats] an iteration that gains less ends the fit
+AGAIN = 8  # iterations under a noise that a fit had before
 HIDDEN = 0.5  # [nats] that another micro-step may change at the end
 
 
@@ -145,21 +146,29 @@ def white_noise(fit: Fit) -> Problem:
 def settle(fit: Fit, rounds: int = 2, iterations: int = 6) -> Fit:
     """Alternate between the noise of the residuals and the fit under that noise; a fit that breaks
     down under it stays as it was.
-
-    Where the noise that it began under costs less in the end, and is below the ceiling, it is
-    fitted under that: a recording that it makes quiet has its noise held against the others, and
-    who explains nothing of either would gain more.
     """
-    ended = fit
     for _ in range(rounds if np.isfinite(fit.cost) else 0):
-        again = minimise(own_noise(ended), ended.u, iterations)
+        again = minimise(own_noise(fit), fit.u, iterations)
         if not np.isfinite(again.cost):
             break
-        ended = again
-    most = fit.problem.ceiling
-    if ended.cost <= fit.cost or (most and size(most) < size(fit.problem.noise)):
+        fit = again
+    return fit
+
+
+def settle_no_dearer(fit: Fit, beside: Noises | None = None) -> Fit:
+    """A fit settled, or under the noise that it began with, or that ``beside``, where it costs less
+    in the end under that and no ceiling forbids it.
+
+    A recording that a fit makes quiet has its noise held against the others (`quiet.py`): jumps
+    that were explained but for a step cost 12 000 nats more than what took them for noise.
+    """
+    ended, noise, most = settle(fit), beside or fit.problem.noise, fit.problem.ceiling
+    if most and size(most) < size(noise):
         return ended
-    return min(fit, minimise(fit.problem, ended.u, iterations), key=lambda f: f.cost)
+    problem = replace(ended.problem, noise=noise)
+    if not minimise(problem, ended.u, 0).cost < ended.cost:
+        return ended
+    return minimise(problem, ended.u, AGAIN)
 
 
 def hides(problem: Problem, other: Problem, u: Array, most: float = HIDDEN) -> bool:

@@ -6,7 +6,6 @@ starts the filter anew: its first samples are only divided by the marginal stand
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +46,9 @@ class Noise:
         return fresh * float(np.log(self.marginal)) + (len(breaks) - fresh) * float(
             np.log(self.innovation)
         )
+
+
+Noises = tuple[tuple[Noise, ...], ...]  # of each channel of each run
 
 
 def warm_up(breaks: np.ndarray, order: int) -> np.ndarray:
@@ -109,7 +111,7 @@ def white(std: float) -> Noise:
     return Noise(np.zeros(0), std, std)
 
 
-def size(models: Sequence[Sequence[Noise]]) -> float:
+def size(models: Noises) -> float:
     """Geometric mean of the noises' standard deviations over all channels of all runs."""
     return float(np.exp(np.mean([np.log(m.marginal) for of_run in models for m in of_run])))
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from corexy_fmi.engine.fitting.lanes import Lanes
 from corexy_fmi.engine.fitting.micro_step import SHORTEST, damped, damps, needed, own_step
-from corexy_fmi.engine.fitting.noise import Noise
+from corexy_fmi.engine.fitting.noise import Noises
 from corexy_fmi.engine.fitting.parametrisation import Parametrisation
 from corexy_fmi.engine.fitting.slopes import linearised
 from corexy_fmi.engine.fitting.whitening import Filter
@@ -33,8 +33,8 @@ class Problem(Parametrisation):
     both.  Where the hypothesis damps belts, it is halved as the damping at hand asks.
     """
 
-    noise: tuple[tuple[Noise, ...], ...] = field(kw_only=True)
-    ceiling: tuple[tuple[Noise, ...], ...] | None = field(default=None, kw_only=True)
+    noise: Noises = field(kw_only=True)
+    ceiling: Noises | None = field(default=None, kw_only=True)
     coarse: float = field(default=1.0, kw_only=True)
     limit: float = field(init=False)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, fine, minimise, settle
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, fine, minimise, settle, settle_no_dearer
 from corexy_fmi.engine.fitting.free_form import PARITIES, LawShape, halved, law_places, law_values
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.restart import LEADER, begun, best
@@ -74,7 +74,7 @@ def recentred(fit: Fit, mapper: Mapper) -> Fit:
     """
     found = [across(minimise(fit.problem, u, AGAIN)) for u in _central(fit, mapper)]
     ended = best([fit, *found])
-    return settle(ended) if ended.cost < fit.cost - BETTER else fit
+    return settle_no_dearer(ended) if ended.cost < fit.cost - BETTER else fit
 
 
 def _central(fit: Fit, mapper: Mapper) -> list[Array]:
@@ -105,7 +105,7 @@ def by_parity(fit: Fit) -> Fit:
 
 def polished(one: Fit, two: Fit) -> Fit:
     """The better of a fit and itself begun again where the fit with a second effect ended."""
-    again = settle(minimise(one.problem, one.problem.carried(two.problem, two.u)))
+    again = settle_no_dearer(minimise(one.problem, one.problem.carried(two.problem, two.u)))
     return again if again.cost < one.cost else one
 
 
@@ -126,7 +126,7 @@ def shaken(fit: Fit, mapper: Mapper) -> Fit:
     starts += [best(begun(fit.problem, fit.u, LEADER, mapper)).u, *_central(fit, mapper)]
     again = list(mapper(lambda u: minimise(fit.problem, u, AGAIN), starts))
     found = unstuck(best([fit, *again]))
-    return settle(found) if found.cost < fit.cost - BETTER else fit
+    return settle_no_dearer(found) if found.cost < fit.cost - BETTER else fit
 
 
 def matched(base: Fit, entries: list[Entry]) -> tuple[Fit, list[Entry]]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle_no_dearer
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.rough import HEAVY
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
@@ -54,7 +54,7 @@ def jointly(
     least = base.cost - rank(named) + THRESHOLD
     starts = _promising(base, _signatures(base, singles, mapper), least)
     shorts = sorted(mapper(lambda start: minimise(start[0], start[1], SHORT), starts), key=rank)
-    return list(mapper(lambda fit: settle(long_fit(fit)), shorts[:GOING]))
+    return list(mapper(lambda fit: settle_no_dearer(long_fit(fit)), shorts[:GOING]))
 
 
 def _suffices(named: Fit, base: Fit, found: Sequence[Fit]) -> bool:

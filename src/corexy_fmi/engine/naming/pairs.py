@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise
+from corexy_fmi.engine.fitting.fit import Fit, Mapper
 from corexy_fmi.engine.fitting.resolution import at_resolution
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.again import polished, shaken
-from corexy_fmi.engine.naming.entries import THRESHOLD, form_floor
+from corexy_fmi.engine.naming.entries import THRESHOLD
 from corexy_fmi.engine.naming.kindred import kindred
 from corexy_fmi.engine.naming.overtones import alone, overtone_fits
 from corexy_fmi.engine.naming.quietest import held_to, quieter
@@ -19,13 +18,9 @@ from corexy_fmi.engine.naming.retimed import retimed
 from corexy_fmi.engine.naming.search import CLOSE, rank, search
 from corexy_fmi.engine.naming.specification import leftover
 from corexy_fmi.engine.naming.whole import whole
+from corexy_fmi.engine.naming.worth import COMPLETING, SECOND_SHARE, complete, gained, least, pays
 
 ROUNDS = 2  # searches of what joins a first cause, at most
-SECOND_SHARE = 0.04  # a second effect gains at least this share of the first one's gain
-MENDING_SHARE = 0.1  # the same where both leave starkly, and more than half of what one does
-COMPLETING = 0.005  # the same where the first one alone is refuted by what it leaves, both are not
-WHOLE = 3.0  # standard deviations of what both leave to simple functions, at most
-STARK = 10.0  # of what one alone leaves: no wrong form did, whatever share both gain
 
 
 def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
@@ -59,7 +54,7 @@ def pairs(
         tried[one.problem.hypothesis.key] = one.cost
         base, more = _joining(base, one, fits, singles, mapper)
         found = sorted([*found, *more], key=rank)
-        if _complete(found[0] if found else _named(fits)[0]):
+        if complete(found[0] if found else _named(fits)[0]):
             break
     return base, found
 
@@ -92,12 +87,12 @@ def _joining(
         return base, []
     pulses = overtone_fits(one, found, mapper)
     fits += map(alone, pulses)
-    found = [whole(retimed(two, singles, mapper)) for two in found]
+    found = [whole(_struck(two, singles, mapper)) for two in found]
     found = sorted([*found, *pulses, *kindred(found, singles, mapper)], key=rank)
     single = polished(one, found[0])
     fits[fits.index(one)] = single
     found[0] = _completed(single, found[0], base, mapper)
-    quiet = quieter(single, found, COMPLETING * _gained(single, base))
+    quiet = quieter(single, found, COMPLETING * gained(single, base))
     if quiet is not None:
         base, fits[:], found = held_to(quiet, base, fits, found, mapper)
         single = next(
@@ -105,11 +100,16 @@ def _joining(
         )
     added = found[0].problem.hypothesis.uses[-1]
     other = next((f for f in fits if f.problem.hypothesis.uses == (added,)), None)
-    if other is not None and _pays(single, found[0], base):
+    if other is not None and pays(single, found[0], base):
         tried = {f.problem.hypothesis.key for f in fits}  # what the first round thought worth a fit
         others = [s for s in singles if s.key in tried]
         found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
     return base, paying(found, fits, base, mapper)
+
+
+def _struck(two: Fit, singles: Sequence[Hypothesis], mapper: Mapper) -> Fit:
+    """A pair with its times found anew where it leaves something."""
+    return two if complete(two) else retimed(two, singles, mapper)
 
 
 def paying(found: list[Fit], fits: list[Fit], base: Fit, mapper: Mapper) -> list[Fit]:
@@ -130,7 +130,7 @@ def _begin_parts_again(two: Fit, fits: list[Fit], mapper: Mapper) -> None:
 
 
 def _pays_over_parts(two: Fit, fits: list[Fit], base: Fit) -> bool:
-    return all(_pays(one, two, base) for one in _parts(two, fits))
+    return all(pays(one, two, base) for one in _parts(two, fits))
 
 
 def _parts(two: Fit, fits: list[Fit]) -> list[Fit]:
@@ -145,46 +145,12 @@ def _singles(two: Fit, fits: list[Fit]) -> list[Fit]:
     return [f for f in fits if f.problem.hypothesis.uses in own]
 
 
-def _pays(one: Fit, two: Fit, base: Fit) -> bool:
-    """Whether a second effect gains enough over one: as a wrong form of one may leave a share of it
-    to others, either more than that, or what one leaves to simple functions and both do not; any
-    gain where that is stark.
-    """
-    gain, first = rank(one) - rank(two), _gained(one, base)
-    if gain < max(THRESHOLD + form_floor(two), _least(one) * first):
-        return False
-    return gain > _share(one, two) * first or (leftover(one).matters(0.0) and _complete(two))
-
-
-def _share(one: Fit, two: Fit) -> float:
-    """Share of one's gain that a second effect gains at least, whatever both leave."""
-    left = leftover(two).score
-    mends_little = left > STARK and left > 0.5 * leftover(one).score
-    return MENDING_SHARE if mends_little else SECOND_SHARE
-
-
-def _gained(one: Fit, base: Fit) -> float:
-    """What one gains over nothing [nats]; under its own noise where that is a ceiling's."""
-    if one.problem.noise is not base.problem.ceiling:
-        return base.cost - one.cost
-    return minimise(replace(base.problem, noise=one.problem.noise), base.u, 0).cost - one.cost
-
-
-def _least(one: Fit) -> float:
-    """Share of one's gain that a second effect gains at least."""
-    return 0.0 if leftover(one).score > STARK else COMPLETING
-
-
-def _complete(fit: Fit) -> bool:
-    return leftover(fit).score < WHOLE
-
-
 def _completed(one: Fit, two: Fit, base: Fit, mapper: Mapper) -> Fit:
     """A second effect that could do with its small share if both left nothing, begun again from
     beside its end: beside a strong one, a rotor on its field ended 170 nats short.
     """
     gain, first = rank(one) - rank(two), base.cost - one.cost
-    small = _least(one) * first < gain < SECOND_SHARE * first
-    if not small or not leftover(one).matters(0.0) or _complete(two):
+    small = least(one) * first < gain < SECOND_SHARE * first
+    if not small or not leftover(one).matters(0.0) or complete(two):
         return two
     return shaken(two, mapper)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle_no_dearer
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.screen import by_one_run, screen
 from corexy_fmi.engine.naming.search import long_fit, rank, short_fits
@@ -36,4 +36,4 @@ def _anew(two: Fit, instance: Instance, singles: Sequence[Hypothesis], mapper: M
     places = [i for s in singles for i in s.uses if i.effect.name == instance.effect.name]
     sought = [Hypothesis((*others, place), shaped=pair.shaped) for place in places]
     fits = short_fits(screen(start, sought, mapper), mapper)
-    return settle(long_fit(fits[0]))
+    return settle_no_dearer(long_fit(fits[0]))

@@ -6,12 +6,16 @@ with the noise that their own residuals show.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, costs, minimise, settle, white_noise
-from corexy_fmi.engine.fitting.noise import size
+from corexy_fmi.engine.fitting.fit import (
+    Fit,
+    Mapper,
+    costs,
+    minimise,
+    settle_no_dearer,
+    white_noise,
+)
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.rough import across
 from corexy_fmi.engine.fitting.starts import starts
@@ -132,23 +136,9 @@ def search(
         close = [f for f in ended if rank(f) - rank(ended[0]) < margin(start.cost - rank(ended[0]))]
         finals += close
         rest += ended[len(close) :] + shorts[len(going) :] if start is base else []
-    settled = sorted(mapper(lambda fit: settled_beside(base, fit), once(finals)), key=rank)
-    return settled + rest
-
-
-def settled_beside(base: Fit, fit: Fit) -> Fit:
-    """A fit settled under the noise of its own, or of ``base`` where it costs less under that.
-
-    Who makes one recording quiet has that noise held against the others (`quiet.py`): a jump that
-    is explained in both but for a step left 12 000 nats, and who takes it for noise gained 200.
-    """
-    ended, most = settle(fit), fit.problem.ceiling
-    if most and size(most) < size(base.problem.noise):
-        return ended
-    problem = replace(ended.problem, noise=base.problem.noise)
-    if not minimise(problem, ended.u, 0).cost < ended.cost:
-        return ended
-    return minimise(problem, ended.u, LONG, PLAIN)
+    noise = base.problem.noise
+    settled = mapper(lambda fit: settle_no_dearer(fit, noise), once(finals))
+    return sorted(settled, key=rank) + rest
 
 
 def margin(gain: float) -> float:

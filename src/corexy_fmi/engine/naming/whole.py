@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle
+from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle_no_dearer
 from corexy_fmi.engine.fitting.restart import best
 from corexy_fmi.engine.fitting.unknowns import WITHIN
 from corexy_fmi.engine.naming.search import CLOSE, rank
@@ -43,7 +43,7 @@ def whole(fit: Fit) -> Fit:
     """The fit with its counts held near the whole numbers beside them that cost least."""
     if is_whole(fit):
         return fit
-    return settle(best([held(fit, counts) for counts in _beside(_counts(fit))]))
+    return settle_no_dearer(best([held(fit, counts) for counts in _beside(_counts(fit))]))
 
 
 def _counts(fit: Fit) -> dict[str, float]:
