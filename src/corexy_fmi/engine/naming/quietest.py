@@ -47,15 +47,18 @@ def held_to(
     quiet: Fit, base: Fit, fits: Sequence[Fit], pairs: Sequence[Fit], mapper: Mapper
 ) -> tuple[Fit, list[Fit], list[Fit]]:
     """All with the noise of ``quiet`` as their ceiling: the retuned machine, its noise its own;
-    fits and pairs, best first, those that are far louder fitted again under it.
+    fits and pairs, best first, those that are far louder under it, and fitted again there where
+    they gained a fair share of what ``quiet`` does.
     """
     noise, most = quiet.problem.noise, LOUDER * remains(quiet)
+    least = CONTENDS * (base.cost - rank(quiet))
 
     def again(fit: Fit) -> Fit:
         problem = replace(fit.problem, ceiling=noise)
         if remains(fit) < most:
             return replace(fit, problem=problem)
-        return minimise(replace(problem, noise=noise), fit.u, LONG, PLAIN)
+        iterations = LONG if base.cost - rank(fit) > least else 0
+        return minimise(replace(problem, noise=noise), fit.u, iterations, PLAIN)
 
     base = replace(base, problem=replace(base.problem, ceiling=noise))
     first, second = (sorted(mapper(again, some), key=rank) for some in (fits, pairs))
