@@ -34,7 +34,7 @@ def test_the_page_shows_the_stored_numbers():
 
 def test_both_outputs_are_judged_on_every_sine():
     held = [r for r in results()["run"]["fit"] if r["role"] == "holdout"]
-    assert {(r["recording"], r["channel"]) for r in held} == {
+    assert {(r["recording"], r["channel"]) for r in held} >= {  # what is local: also on last parts
         (f"{name}.csv", channel) for name in flexdrive.SINES for channel in ("vx", "vy")
     }
 
