@@ -1,9 +1,10 @@
 """Nobody takes more for noise than the best explanations leave.
 
 Each fit is settled under the noise of its own residuals.  What it leaves slowly passes there for
-colour, which costs next to nothing where rows are dense: of what lost steps did, a cable gained as
-many nats by a twentieth of the mismatch.  So where one of the fits that gain a fair share is far
-quieter than others, its noise is the ceiling for all, of this round and of what follows.
+colour, which costs next to nothing where rows are dense: of a skew of E0 135 000 its own fit, which
+left 26 um, gained 36 nats, and a steady pull that left 43 um gained 16.  So where one of the fits
+that gain a fair share is far quieter than others, its noise is the ceiling for all, of this round
+and of what follows.
 """
 
 from __future__ import annotations
