@@ -1,11 +1,14 @@
 """What strikes at a time of its own is found anew beside a second cause."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from engine_kit import machine, problem, record, rich_motion, with_effects
 
 from corexy_fmi.engine.fitting.fit import minimise, settle
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
+from corexy_fmi.engine.naming import retimed as again
 from corexy_fmi.engine.naming.retimed import retimed
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
@@ -38,3 +41,10 @@ def test_the_time_and_the_motor_are_found_anew(shown, motor):
     end = retimed(begun, places, map)
     assert end.value(TIME.format("motor1")) == pytest.approx(STRUCK, abs=0.03)
     assert end.value(STEPS.format("motor1")) == pytest.approx(-1.0, abs=0.1)
+
+
+def test_a_pair_stays_as_it_is_where_the_other_cause_alone_breaks_down(shown, monkeypatch):
+    begun = stuck(shown, "motor1")
+    broken = replace(begun, cost=np.inf)
+    monkeypatch.setattr(again, "minimise", lambda problem, u, iterations: broken)
+    assert retimed(begun, [], map) is begun

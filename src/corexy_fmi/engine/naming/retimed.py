@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from corexy_fmi.engine.fitting.fit import Fit, Mapper, minimise, settle_no_dearer
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.screen import by_one_run, screen
@@ -33,6 +35,8 @@ def _anew(two: Fit, instance: Instance, singles: Sequence[Hypothesis], mapper: M
     others = tuple(i for i in pair.uses if i is not instance)
     alone = replace(two.problem, hypothesis=replace(pair, uses=others, held=()))
     start = minimise(alone, alone.carried(two.problem, two.u), 0)
+    if not np.isfinite(start.cost):
+        return two
     places = [i for s in singles for i in s.uses if i.effect.name == instance.effect.name]
     sought = [Hypothesis((*others, place), shaped=pair.shaped) for place in places]
     fits = short_fits(screen(start, sought, mapper), mapper)
