@@ -11,6 +11,7 @@ from corexy_fmi.engine.fitting import fit as fitting
 from corexy_fmi.engine.fitting.fit import minimise, own_noise, settle, settle_no_dearer
 from corexy_fmi.engine.fitting.noise import size, white
 from corexy_fmi.engine.naming import quietest
+from corexy_fmi.engine.naming.worth import gained
 from corexy_fmi.machine import EffectUse
 
 LOUD = 10.0  # times the noise
@@ -139,7 +140,16 @@ def test_those_far_louder_are_fitted_again_under_the_ceiling(stuck, healthy):
     assert base.cost == stuck.cost
     assert base.problem.noise is stuck.problem.noise
     assert size(base.problem.ceiling) < 1.1 * NOISE
-    assert first.problem.noise is healthy.problem.noise
+    assert first.problem.noise is healthy.problem.noise is not base.problem.ceiling
     assert first.u is healthy.u
     assert second.problem.noise is second.problem.ceiling
     assert np.isfinite(second.cost)
+
+
+def test_shares_are_of_what_the_quietest_gains_by_its_own_noise(stuck, healthy):
+    """Lost squares are far more than nats: of 1108 by play 1020 by a scale beside it are a lot."""
+    louder = replace(stuck, cost=stuck.cost - 50.0)
+    base, (first, second), _ = quietest.held_to(healthy, stuck, [louder, healthy], [], map)
+    assert gained(first, base) == base.cost - first.cost
+    assert second.problem.noise is base.problem.ceiling
+    assert first.problem.noise is not base.problem.ceiling

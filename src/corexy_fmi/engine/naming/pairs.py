@@ -149,7 +149,7 @@ def _completed(one: Fit, two: Fit, base: Fit, mapper: Mapper) -> Fit:
     """A second effect that could do with its small share if both left nothing, begun again from
     beside its end: beside a strong one, a rotor on its field ended 170 nats short.
     """
-    gain, first = rank(one) - rank(two), base.cost - one.cost
+    gain, first = rank(one) - rank(two), gained(one, base)
     small = least(one) * first < gain < SECOND_SHARE * first
     if not small or not leftover(one).matters(0.0) or complete(two):
         return two

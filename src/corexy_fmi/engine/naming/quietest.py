@@ -51,7 +51,8 @@ def held_to(
     fits and pairs, best first, those that are far louder under it, and fitted again there where
     they gained a fair share of what ``quiet`` does.
     """
-    noise, most = quiet.problem.noise, LOUDER * remains(quiet)
+    noise = (*quiet.problem.noise,)  # another object than its own: who has this one is charged
+    most = LOUDER * remains(quiet)
     least = CONTENDS * (base.cost - rank(quiet))
 
     def again(fit: Fit) -> Fit:

@@ -35,7 +35,7 @@ def _share(one: Fit, two: Fit) -> float:
 
 
 def gained(one: Fit, base: Fit) -> float:
-    """What one gains over nothing [nats]; under its own noise where that is a ceiling's."""
+    """What one gains over nothing [nats]; both under the ceiling where one is charged for it."""
     if one.problem.noise is not base.problem.ceiling:
         return base.cost - one.cost
     return minimise(replace(base.problem, noise=one.problem.noise), base.u, 0).cost - one.cost
