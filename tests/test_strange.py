@@ -257,7 +257,7 @@ def test_grades(truth, told, mark):
 
 def test_the_page_is_fresh():
     text = page.PAGE.read_text(encoding="utf-8")
-    assert page.rendered(store.stored(), text) == text
+    assert page.rendered(store.stored(), text, store.evidences()) == text
 
 
 @pytest.fixture

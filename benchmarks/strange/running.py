@@ -66,7 +66,7 @@ def grid(time: Array) -> tuple[Array, int, int]:
     return (np.arange(count, dtype=np.float64) - before) * (row / parts), before, parts
 
 
-def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: int = 1) -> Array:
+def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: float = 1.0) -> Array:
     """x and y [m] that are reported without noise at each row; angles are linear between rows, and
     before the first the stage comes to rest.  ``finer`` divides the simulator's step.
     """
@@ -81,6 +81,8 @@ def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: int = 1) 
     return acts.shown(n, fine, states[:, :2])[before::parts]
 
 
-def all_moved(machine: Machine, motions: Sequence[Motion], acts: Acts) -> list[Array]:
+def all_moved(
+    machine: Machine, motions: Sequence[Motion], acts: Acts, finer: float = 1.0
+) -> list[Array]:
     """Of every recording."""
-    return [moved(machine, n, motion, acts) for n, motion in enumerate(motions)]
+    return [moved(machine, n, motion, acts, finer) for n, motion in enumerate(motions)]

@@ -26,6 +26,17 @@ def stored() -> list[Entry]:
     return sorted(newest, key=lambda e: (origins.index(e["origin"]), e["number"]))
 
 
+def evidence_path(index: int, shards: int) -> Path:
+    """A shard's file of E after retuning (`evidence.py`)."""
+    return FOLDER / (f"evidence.{index}.strange.jsonl" if shards > 1 else "evidence.strange.jsonl")
+
+
+def evidences() -> dict[str, list[float]]:
+    """E of each cause, by the name of its case."""
+    entries = [e for path in sorted(FOLDER.glob("evidence*.strange.jsonl")) for e in read(path)]
+    return {e["name"]: e["E"] for e in entries}
+
+
 def waiting(numbers: Sequence[int], origin: str) -> list[int]:
     """Numbers that have no result of this origin yet."""
     done = {e["number"] for e in stored() if e["origin"] == origin}
