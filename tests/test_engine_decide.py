@@ -57,6 +57,9 @@ CASES = [
     (SURELY, 500.0, proof(30.0, retuned=0.99, explained=1.0), "explained"),
     (TIED, 500.0, proof(30.0), "ambiguous"),
     (TIED, 500.0, proof(0.5), "ambiguous"),  # the data kept back show little of it
+    (TIED, 500.0, proof(0.5, retuned=1.54, explained=1.38), "unexplained"),  # most of it stays
+    (TIED, 500.0, proof(0.5, retuned=1.54, explained=1.2), "ambiguous"),
+    (TIED, 500.0, proof(0.5, retuned=1.54, explained=1.38, contrasts=(0.8,)), "ambiguous"),
     (TIED, 500.0, proof(-25.0), "unexplained"),
     (TIED, 30.0, proof(0.5), "nothing_missing"),
 ]
@@ -78,6 +81,7 @@ def test_the_word(chance, gain, kept, word):
         (SURELY, 500.0, {"moved": (20.0, 1.05), "explained": 1.0}, "explained"),
         (SURELY, 30.0, {"moved": (20.0, 1.05)}, "nothing_missing"),  # a false alarm, as likely
         (TIED, 500.0, {"moved": (20.0, 1.05), "explained": 30.0}, "unexplained"),
+        (TIED, 500.0, {"moved": (20.0, 18.0)}, "unexplained"),
     ],
 )
 def test_a_sure_cause_of_another_size_is_no_explanation(chance, gain, kept, word):

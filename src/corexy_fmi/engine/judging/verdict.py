@@ -74,7 +74,7 @@ def confirmed(proof: Proof) -> bool:
     """Whether held-out data agree: near the noise or half of the excess gone, and a gain on each
     recording that shows the effect at all.
     """
-    near = _near(*(proof.pooled(state, "holdout") for state in ("retuned", "explained")))
+    near = _near(*_left(proof))
     return not proof.gains("holdout") or (near and harmless(proof) and _gains(proof))
 
 
@@ -89,6 +89,11 @@ def unsized(proof: Proof) -> bool:
 def _near(retuned: float, explained: float) -> bool:
     """Whether what is left [noise] is near the noise, or half of the excess is gone."""
     return explained <= AGREES or excess_removed(retuned, explained, 1.0) >= HALF
+
+
+def _left(proof: Proof) -> tuple[float, float]:
+    """What the retuned machine and the explained one leave of all held-out data [noise]."""
+    return proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
 
 
 def _gains(proof: Proof) -> bool:
@@ -119,7 +124,7 @@ def mute(proof: Proof) -> bool:
 
 def harmless(proof: Proof) -> bool:
     """Whether held-out data do not speak against the explanation; enough for a free-form law."""
-    retuned, explained = proof.pooled("retuned", "holdout"), proof.pooled("explained", "holdout")
+    retuned, explained = _left(proof)
     worse = explained > WORSE * retuned  # False where nothing is held out
     return not worse and not _contradicted(proof)
 
@@ -128,7 +133,7 @@ def slight(proof: Proof) -> bool:
     """Whether held-out data agree in all but how much they gain, which may be chance: each gains
     (CONTRACT 4 asks no more), and no less than the right cause might where they show it so little.
     """
-    near = _near(*(proof.pooled(state, "holdout") for state in ("retuned", "explained")))
+    near = _near(*_left(proof))
     likely = all(g > max(0.0, d - SURPRISE * (2 * d) ** 0.5) for g, d in _told(proof) if d > MUTE)
     return near and harmless(proof) and likely
 
@@ -198,8 +203,12 @@ def _unsized(best: Entry) -> Verdict:
 
 
 def _undisputed(best: Entry, proof: Proof | None) -> bool:
-    """Whether held-out data, which show little of an effect, do not speak against it either."""
-    return proof is not None and best.gain > WEAK_GAIN and harmless(proof)
+    """Whether held-out data do not speak against any of several equals: they show little of it, or
+    agree but for how much a recording gains.
+    """
+    if proof is None or best.gain <= WEAK_GAIN or not harmless(proof):
+        return False
+    return mute(proof) or unsized(proof) or _near(*_left(proof))
 
 
 def _refuted(best: Entry) -> Verdict:
