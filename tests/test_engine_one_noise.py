@@ -62,10 +62,9 @@ def test_the_quieter_of_two_tied_causes_tells_the_noise(gains):
 def test_under_a_ceiling_all_are_judged_under_the_noise_of_the_first():
     """The others were held to it before, and stand far behind; nothing had its own noise."""
     base, (wrong, right) = tied()
-    ceiling = right.fit.problem.noise
-    base = replace(base, problem=replace(base.problem, ceiling=ceiling))
     before = [replace(right, gain=60.0), replace(wrong, gain=-500.0)]
-    retuned, judged = under_one_noise(base, before, map)
+    assert under_one_noise(base, before, map) == (base, before)
+    retuned, judged = under_one_noise(base, before, map, held=True)
     assert {size(f) for f in (retuned, *(e.fit for e in judged))} == {size(right.fit)}
     assert [e.hypothesis.uses[0].effect.name for e in judged] == [
         "constant_force",
@@ -73,7 +72,7 @@ def test_under_a_ceiling_all_are_judged_under_the_noise_of_the_first():
     ]
     assert judged[1].gain > -500.0
     faint = [replace(e, gain=5.0) for e in before]
-    assert under_one_noise(base, faint, map) == (base, faint)
+    assert under_one_noise(base, faint, map, held=True) == (base, faint)
 
 
 @pytest.mark.parametrize("gains", [(60.0, 5.0), (500.0, 50.0)], ids=["faint", "far behind"])

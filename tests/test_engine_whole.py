@@ -1,6 +1,7 @@
 """Counts are whole: a rotor falls back by whole steps, and a part of one is another effect."""
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from corexy_fmi.effects import catalogue
 from corexy_fmi.engine.fitting.fit import minimise
 from corexy_fmi.engine.fitting.retune import retune
 from corexy_fmi.engine.fitting.unknowns import WITHIN
+from corexy_fmi.engine.naming import whole as whole_module
 from corexy_fmi.engine.naming.name import compete
-from corexy_fmi.engine.naming.whole import _beside, broken, whole
+from corexy_fmi.engine.naming.whole import _beside, broken, whole, with_whole_counts
 from corexy_fmi.kernel.layout import bundled_layout
 from corexy_fmi.machine import EffectUse
 
@@ -78,3 +80,22 @@ def test_a_competition_ends_with_whole_steps():
     assert len(jumps) == 1
     assert round(jumps[0].fit.value(STEPS)) in (1, 2)
     assert dict(jumps[0].hypothesis.held)[STEPS] in (1, 2)
+
+
+def test_counts_of_the_best_cause_are_whole_however_far_a_law_is_ahead():
+    """A part of a step had 3000 nats less than a law, and all of the pairs were to join it."""
+
+    def fit(name, cost, counts, law=None):
+        uses = () if law else (name,)
+        hypothesis = SimpleNamespace(law=law, uses=uses, shaped=False)
+        return SimpleNamespace(problem=SimpleNamespace(hypothesis=hypothesis), cost=cost, n=counts)
+
+    law, part = fit("law", -3000.0, 0, law="over x"), fit("missed_steps", -100.0, 0.2)
+    other, far = fit("backlash", -50.0, 0), fit("missed_steps", 0.0, 0.3)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(whole_module, "rank", lambda f: f.cost)
+        patch.setattr(whole_module, "is_whole", lambda f: f.n == round(f.n))
+        patch.setattr(whole_module, "whole", lambda f: fit("missed_steps", f.cost + 90.0, 1))
+        found = with_whole_counts([part, law, far, other], map)
+    assert [f.cost for f in found] == [-3000.0, -50.0, -10.0, 0.0]
+    assert [f.n for f in found] == [0, 0, 1, 0.3]

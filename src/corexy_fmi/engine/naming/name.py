@@ -102,6 +102,8 @@ def compete(
     without: frozenset[str] = frozenset(),
 ) -> Competition:
     """Let every hypothesis compete on top of the retuned machine (already settled)."""
+    own = base.problem.noise
+    base = replace(base, problem=replace(base.problem, ceiling=own))
     singles = hypotheses(base.problem, base.u, without)
     tell("fitting every effect at every place")
     fits = search(base, singles, mapper, FINALISTS)
@@ -122,7 +124,7 @@ def compete(
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
     entries = with_kindred(base, entries, singles, mapper)
     base, entries = matched(*without_more_spikes(base, entries, mapper))
-    base, entries = under_one_noise(base, entries, mapper)
+    base, entries = under_one_noise(base, entries, mapper, base.problem.ceiling is not own)
     entries = without_idle(at_forms(entries, mapper))
     entries = _told_by_parity(catalogue_first(_against_sets(entries)))
     return ranked(softened(base), _softened(entries))

@@ -20,16 +20,18 @@ from corexy_fmi.engine.naming.search import LONG, PLAIN, margin
 MORE = 1.05  # times what a fit of nothing takes for noise
 
 
-def under_one_noise(base: Fit, entries: list[Entry], mapper: Mapper) -> tuple[Fit, list[Entry]]:
+def under_one_noise(
+    base: Fit, entries: list[Entry], mapper: Mapper, held: bool = False
+) -> tuple[Fit, list[Entry]]:
     """The retuned machine and the entries, best first, under the noise of the quietest of those
     that another noise may put first (`search.margin`), where another of those is louder than noise
-    may differ or a ceiling stands (`quietest.py`); as they are anywhere else.
+    may differ, or they were ``held`` to a noise (`quietest.py`); as they are anywhere else.
     """
     entries = _no_louder(base, entries, mapper)
     least = max(entries[0].gain - margin(entries[0].gain), THRESHOLD) if entries else 0.0
     near = [e.fit for e in entries if e.gain > least]
     sizes = [_size(fit) for fit in near]
-    if not near or (not base.problem.ceiling and max(sizes) < LOUDER * min(sizes)):
+    if not near or (not held and max(sizes) < LOUDER * min(sizes)):
         return base, entries
     quiet = min(near, key=_size)
     noise = quiet.problem.noise

@@ -25,12 +25,20 @@ MOST = 8  # sets of counts that are tried
 
 
 def with_whole_counts(fits: list[Fit], mapper: Mapper) -> list[Fit]:
-    """Fits, best first, those near the best of them with their counts near whole numbers."""
+    """Fits, best first, those near the best catalogued one with their counts near whole numbers,
+    however far a law is ahead: else a part of a step is what others are to join.
+    """
     fits = sorted(fits, key=rank)
-    while broken := [f for f in fits if rank(f) < rank(fits[0]) + CLOSE and not is_whole(f)]:
+    while broken := [f for f in _leading(fits) if not is_whole(f)]:
         kept = [f for f in fits if f not in broken]
         fits = sorted([*kept, *mapper(whole, broken)], key=rank)
     return fits
+
+
+def _leading(fits: list[Fit]) -> list[Fit]:
+    """Catalogued fits near the best of them."""
+    named = [f for f in fits if f.problem.hypothesis.uses]
+    return [f for f in named if rank(f) < rank(named[0]) + CLOSE]
 
 
 def is_whole(fit: Fit) -> bool:
