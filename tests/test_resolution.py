@@ -7,7 +7,8 @@ import pytest
 from engine_kit import ASIDE, EffectUse, fitted, machine, named, pair, problem, with_effects
 
 from corexy_fmi.engine import diagnose
-from corexy_fmi.engine.fitting.resolution import _is_rounding, at_resolution, sensor_step
+from corexy_fmi.engine.data.steps import sensor_step
+from corexy_fmi.engine.fitting.resolution import _is_rounding, at_resolution
 
 STEP = 1e-5  # [m]
 MISMATCH = EffectUse("belt_mismatch", "belts", {"ratio": 0.03})
@@ -66,6 +67,6 @@ def test_an_axis_that_stands_still_errs_alike_for_long():
 def test_a_channel_without_steps_has_none():
     (train,), _ = pair(machine(), noise=1e-5)
     (samples, _) = problem(train, machine()).runs[0].samples
-    assert sensor_step(samples) == 0.0
+    assert sensor_step(samples.value) == 0.0
     (samples, _) = problem(coarse(train), machine()).runs[0].samples
-    assert sensor_step(samples) == pytest.approx(STEP)
+    assert sensor_step(samples.value) == pytest.approx(STEP)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from corexy_fmi.engine.data.loops import Loops, find_loops
+from corexy_fmi.engine.data.steps import told_before
 from corexy_fmi.kernel.call import Array, Excitation
 from corexy_fmi.machine import Machine
 from corexy_fmi.recording import Recording
@@ -49,6 +50,11 @@ class Samples:
         """The finite samples of a channel (n,) of a recording at time (n,) [s], rows kept (n,)."""
         index = np.flatnonzero(np.isfinite(values) & keep)
         return Samples(channel, index, values[index], parted(time[index]))
+
+    @property
+    def of_motor(self) -> bool:
+        """Whether it is a motor's encoder."""
+        return self.channel.startswith("phi")
 
     @cached_property
     def rows(self) -> np.ndarray | slice:
@@ -148,7 +154,8 @@ def make_run(
     rows = np.ones(len(recording.time), dtype=bool) if keep is None else keep
     dc = machine.drive == "dc"
     names = [c for c in recording.measured if c in OUTPUT_OF and (dc or not c.startswith("phi"))]
-    samples = tuple(Samples.of(c, recording.channels[c], recording.time, rows) for c in names)
+    found = [Samples.of(c, recording.channels[c], recording.time, rows) for c in names]
+    samples = tuple(s.without(told_before(s.value)) if s.of_motor else s for s in found)
     samples = tuple(s for s in samples if len(s.index) > FEWEST)
     return Run(recording.name, role, recording, excitation(machine, recording), samples)
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from corexy_fmi.engine.data.samples import Run, Samples
+from corexy_fmi.engine.data.steps import least_step
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.noise import least_step
 from corexy_fmi.kernel.call import Array
 
 FAR = 6.0  # robust standard deviations of a sample against the mean of its neighbours
@@ -118,7 +118,7 @@ def without_spikes(fit: Fit) -> tuple[Run, ...]:
         for samples, e in zip(run.samples, errors, strict=True):
             far = STARK if samples.channel in PLACES else np.inf
             time = run.excitation.time[samples.index]
-            bad = spikes(e[0], time, least_step(samples), far)
+            bad = spikes(e[0], time, least_step(samples.value), far)
             kept.append(samples.without(bad) if 0 < bad.mean() <= MANY else samples)
         runs.append(run.with_samples(tuple(kept)))
     return tuple(runs)

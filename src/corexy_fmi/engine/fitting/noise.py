@@ -12,13 +12,13 @@ import numpy as np
 from scipy.linalg import toeplitz
 
 from corexy_fmi.engine.data.samples import Samples
+from corexy_fmi.engine.data.steps import least_step, sensor_step
 from corexy_fmi.kernel.call import Array
 
 ORDERS = (0, 1, 2, 4, 8)
 FINEST = (
     1e-7  # of a channel's own standard deviation: what no sensor resolves, nor a model foretells
 )
-LAST = 1e-12  # of a channel's largest value: less is no step, but the last bits of whole counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,22 +122,17 @@ def quick_noise(samples: Samples) -> float:
     At least that of rounding to the sensor's steps: a coarse sensor stands still most of the time.
     """
     third = np.abs(np.diff(samples.value, 3))
-    rounding = least_step(samples) / np.sqrt(12.0)
+    rounding = least_step(samples.value) / np.sqrt(12.0)
     return max(float(np.median(third)) / 0.6745 / np.sqrt(20.0), rounding, finest(samples))
-
-
-def least_step(samples: Samples) -> float:
-    """The least difference of two values, last bits aside; 0 where all are one."""
-    steps = np.diff(np.unique(samples.value))
-    steps = steps[steps > LAST * np.abs(samples.value).max(initial=0.0)]
-    return float(steps.min()) if len(steps) else 0.0
 
 
 def finest(samples: Samples) -> float:
     """The least standard deviation that counts as noise of a channel: where a recording has less,
-    as one that was simulated, what is left of it would be the model's own arithmetic.
+    as one that was simulated, what is left of it would be the model's own arithmetic; of a motor's
+    encoder one count, for errors of rounding are alike for as long as rows are whole counts apart.
     """
-    return max(FINEST * float(np.std(samples.value)), 1e-12)
+    count = sensor_step(samples.value) if samples.of_motor else 0.0
+    return max(FINEST * float(np.std(samples.value)), count, 1e-12)
 
 
 def difference_noise(errors: Array, floor: float) -> tuple[Noise, Array]:

@@ -14,8 +14,9 @@ from scipy.ndimage import uniform_filter1d
 
 from corexy_fmi.engine.data.loops import looped_rows
 from corexy_fmi.engine.data.samples import Run, Samples, even
+from corexy_fmi.engine.data.steps import least_step
 from corexy_fmi.engine.fitting.jitter import scatter
-from corexy_fmi.engine.fitting.noise import Noise, difference_noise, estimate, finest, least_step
+from corexy_fmi.engine.fitting.noise import Noise, difference_noise, estimate, finest
 from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
@@ -103,7 +104,7 @@ def surprise(noise: Noise, errors: Array, samples: Samples, known: float) -> flo
     what jitter adds (its mean square: ``known``): of two coloured noises it tells far more than
     their size, as each sample is a new one.  1 where the sensor's rounding may be what differs.
     """
-    if float(np.std(errors)) < COARSE * least_step(samples):
+    if float(np.std(errors)) < COARSE * least_step(samples.value):
         return 1.0
     white = noise.whiten(errors - errors.mean(), samples.breaks)
     gain = (1 + float(np.sum(noise.coefficients**2))) / noise.innovation**2

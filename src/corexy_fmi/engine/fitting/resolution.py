@@ -10,24 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from corexy_fmi.engine.data.samples import Samples
+from corexy_fmi.engine.data.steps import sensor_step
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.engine.fitting.fit import Fit
-from corexy_fmi.engine.fitting.noise import least_step
 from corexy_fmi.kernel.call import Array
 
 ROOM = 1.1  # of a step over sqrt(12), up to which errors are no more than rounding
 STANDS = 1.3  # the same where all are within `WHOLE_RANGE`: an axis that stands errs alike for long
 WHOLE_RANGE = 1.3  # of a step
-WHOLE = 0.01  # of a step, by which a value may miss a whole number of them
-
-
-def sensor_step(samples: Samples) -> float:
-    """The step that all values of a channel are whole numbers of, in its unit; 0 without one."""
-    step = least_step(samples)
-    if not step:
-        return 0.0
-    counts = (samples.value - samples.value[0]) / step
-    return step if np.abs(counts - np.rint(counts)).max() < WHOLE else 0.0
 
 
 def at_resolution(fit: Fit) -> bool:
@@ -42,7 +32,7 @@ def at_resolution(fit: Fit) -> bool:
 
 def _is_rounding(samples: Samples, errors: Array) -> bool:
     """Whether errors (m,) of a channel are no more than its rounding."""
-    step = sensor_step(samples)
+    step = sensor_step(samples.value)
     room = STANDS if float(np.ptp(errors)) <= WHOLE_RANGE * step else ROOM
     return step > 0 and float(np.std(errors)) <= room * step / np.sqrt(12)
 
@@ -51,7 +41,7 @@ def told(retuned: Fit) -> list[Finding]:
     """What is to be said where the retuned machine leaves no more than rounding."""
     if not at_resolution(retuned):
         return []
-    steps = {s.channel: sensor_step(s) for run in retuned.problem.runs for s in run.samples}
+    steps = {s.channel: sensor_step(s.value) for run in retuned.problem.runs for s in run.samples}
     listed = ", ".join(f"{name} in steps of {step:.3g}" for name, step in sorted(steps.items()))
     text = f"what is left is no more than the sensors round ({listed}, SI units)"
     return [Finding(text, "to see anything smaller, record with a finer sensor")]
