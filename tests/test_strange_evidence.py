@@ -82,7 +82,7 @@ def test_a_table_counts_by_the_least_evidence():
     truth["effects"] = [play, {"effect": "axis_skew", "location": "sensor"}]
     told = {"verdict": "explained", "coordinate": "motor1"}
     told["effects"] = [{"name": "backlash", "location": "motor1"}]
-    entries = [{"name": name, "truth": truth, "told": told} for name in "abc"]
+    entries = [{"name": name, "number": 1, "truth": truth, "told": told} for name in "abc"]
     text = page.by_evidence(entries, {"a": [5e3, 2e3], "b": [5e3, 10.0]})
     rows = [line.split(" | ")[1:3] for line in text.splitlines()[2:]]
     assert [r[0] for r in rows] == ["1000 and more", "below 300"]

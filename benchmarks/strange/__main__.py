@@ -1,6 +1,7 @@
 """Diagnoses of machines that nobody developed on, with a concealed cause or none.
 
-    python -m benchmarks.strange [--count 60] [--two 0] [--shard i/n] [--origin HASH] [--render]
+    python -m benchmarks.strange [--count 60] [--two 0] [--dc 0] [--shard i/n] [--origin HASH]
+    python -m benchmarks.strange --render
     python -m benchmarks.strange --write N FOLDER [--origin HASH]
 
 Each case is drawn from the origin and its number, written as files, sealed by hash, diagnosed and
@@ -27,12 +28,15 @@ from benchmarks import outcome
 from benchmarks.concealed.cases import seed_of
 from benchmarks.shop.ask import Hears, ask
 from benchmarks.shop.store import Entry, commit, keep
-from benchmarks.strange.draw import Drawn, draw
+from benchmarks.strange.draw import LOOPS, PAIRS, Drawn, draw
 from benchmarks.strange.files import MACHINE, seal, write
 from benchmarks.strange.page import marked, named, render
 from benchmarks.strange.store import SEALS, path_of, stored, waiting
 
-PAIRS = 1000  # number of the first case of two causes
+
+def drawn(number: int, seed: int) -> Drawn:
+    """The case of a number, which tells of what kind it is."""
+    return draw(seed, PAIRS <= number < LOOPS, number >= LOOPS)
 
 
 def told(case: Drawn, head: Entry, path: Path, hears: Hears) -> tuple[dict[str, Any], str, float]:
@@ -50,7 +54,7 @@ def told(case: Drawn, head: Entry, path: Path, hears: Hears) -> tuple[dict[str, 
 def run(number: int, origin: str, mark: str, path: Path, hears: Hears) -> Entry:
     """A case's line of results."""
     seed = seed_of(origin, str(number))
-    case = draw(seed, number >= PAIRS)
+    case = drawn(number, seed)
     head = {"name": f"{origin}-{number}", "number": number, "origin": origin, "seed": seed}
     said, sealed, seconds = told(case, head, path, hears)
     return head | {
@@ -89,7 +93,7 @@ def go_through(numbers: Sequence[int], origin: str, path: Path) -> None:
 
 def show(number: int, origin: str, folder: Path) -> None:
     """A case's files, and its truth beside them."""
-    case = draw(seed_of(origin, str(number)), number >= PAIRS)
+    case = drawn(number, seed_of(origin, str(number)))
     write(case, folder)
     text = json.dumps(case.truth | {"numbers": case.machine.numbers}, indent=1)
     (folder / "truth.json").write_text(text + "\n", encoding="utf-8")
@@ -101,14 +105,17 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=60, help="cases, from number 0")
     parser.add_argument("--two", type=int, default=0,
                         help=f"cases of two causes, from number {PAIRS}")  # fmt: skip
+    parser.add_argument("--dc", type=int, default=0,
+                        help=f"cases with dc motors, from number {LOOPS}")  # fmt: skip
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--origin", default=outcome.commit().rstrip("+"), metavar="HASH",
                         help="what the seeds follow from; default: this commit")  # fmt: skip
     parser.add_argument("--render", action="store_true", help="only the table of docs/strange.md")
     parser.add_argument("--write", nargs=2, metavar=("N", "FOLDER"), help="only a case's files")
     given = parser.parse_args()
-    if given.count > PAIRS:
-        parser.error(f"--count: found {given.count}, expected at most {PAIRS}")
+    for name, most in (("count", PAIRS), ("two", LOOPS - PAIRS)):
+        if getattr(given, name) > most:
+            parser.error(f"--{name}: found {getattr(given, name)}, expected at most {most}")
     if given.write:
         show(int(given.write[0]), given.origin, Path(given.write[1]))
         return 0
@@ -116,7 +123,8 @@ def main() -> int:
     status = 0
     try:
         if not given.render:
-            asked = [*range(given.count), *range(PAIRS, PAIRS + given.two)]
+            firsts = (0, given.count), (PAIRS, given.two), (LOOPS, given.dc)
+            asked = [first + k for first, count in firsts for k in range(count)]
             numbers = waiting(asked[index::shards], given.origin)
             go_through(numbers, given.origin, path_of(index, shards))
     except KeyboardInterrupt:

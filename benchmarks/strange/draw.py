@@ -11,12 +11,17 @@ import numpy as np
 from benchmarks.shop.case import Truth, named, nothing
 from benchmarks.shop.motions import Motion, angles
 from benchmarks.shop.stage import Array
+from benchmarks.strange.dc_causes import DC_CAUSES
+from benchmarks.strange.loop import Ran
 from benchmarks.strange.machines import Machine, Random, draw_machine, machine_file
+from benchmarks.strange.motors import with_motors
 from benchmarks.strange.moves import draw_motions
-from benchmarks.strange.running import HEALTHY, Acts, both, moved
+from benchmarks.strange.running import HEALTHY, Acts, both, looped, moved
 from benchmarks.strange.sensing import Sensor, draw_sensor
-from benchmarks.strange.sizes import Sized, concealed, concealed_both
+from benchmarks.strange.sensing import looped as beside_a_loop
+from benchmarks.strange.sizes import CAUSES, Sized, concealed, concealed_both
 
+PAIRS, LOOPS = 1000, 2000  # numbers of the first case of two causes, and with dc motors
 NULLS = 0.3  # share of cases with nothing wrong, where no two causes are asked for
 TWO = "two"
 Told = dict[str, Any]
@@ -72,29 +77,55 @@ def _table(sensor: Sensor, motion: Motion, radius: float, seen: Array) -> dict[s
             "x": told[:, 0], "y": told[:, 1]}  # fmt: skip
 
 
+def _with_motors(sensor: Sensor, columns: dict[str, Array], ran: Ran) -> dict[str, Array]:
+    """And what the loop asked for, and encoders showed."""
+    shown = {"V": ran.volts} | ({"phi": sensor.counted(ran.rotors)} if sensor.counts else {})
+    end = {"V": "", "phi": "_meas"}
+    return columns | {
+        f"{name}{a + 1}{end[name]}": both[:, a] for name, both in shown.items() for a in range(2)
+    }
+
+
 def _tables(
     seed: int, machine: Machine, sensor: Sensor, motions: list[Motion], acts: Acts
 ) -> list[dict[str, Array]]:
     """Each recording as the sensor shows it."""
     random, tables = generator(seed, 4), []
     for n, motion in enumerate(motions):
-        xy = moved(machine, n, motion, acts)[:: sensor.every]
+        ran = looped(machine, n, motion, acts) if machine.dc else None
+        xy = ran.xy if ran else moved(machine, n, motion, acts)
         off = 0.0 if sensor.offsets is None else sensor.offsets[n]
-        seen = sensor.seen(xy + off, random)
-        tables.append(_table(sensor, motion, machine.numbers["r"], seen))
+        seen = sensor.seen(xy[:: sensor.every] + off, random)
+        columns = _table(sensor, motion, machine.numbers["r"], seen)
+        tables.append(_with_motors(sensor, columns, ran) if ran else columns)
     return tables
 
 
-def draw(seed: int, two: bool = False) -> Drawn:
-    """The case of a seed, always the same; with ``two`` causes of different kinds."""
-    machine, sensor = draw_machine(generator(seed, 0)), draw_sensor(generator(seed, 1))
+def _turned(
+    random: Random, machine: Machine, stages: Random, sensor: Sensor
+) -> tuple[Machine, Sensor]:
+    """A stage with dc motors, another where none suit it; the sensor beside their loop."""
+    sensor = beside_a_loop(random, sensor)
+    while (turned := with_motors(random, machine, sensor.row)) is None:
+        machine = draw_machine(stages)
+    return turned, sensor
+
+
+def draw(seed: int, two: bool = False, dc: bool = False) -> Drawn:
+    """The case of a seed, always the same; with ``two`` causes of different kinds, or turned by
+    ``dc`` motors.
+    """
+    stages, sensor = generator(seed, 0), draw_sensor(generator(seed, 1))
+    machine = draw_machine(stages)
+    if dc:
+        machine, sensor = _turned(generator(seed, 6), machine, stages, sensor)
     motions = draw_motions(generator(seed, 2), machine, sensor.row)
     random = generator(seed, 3)
     found: tuple[Sized, ...] = ()
     if two:
         found, sensor = concealed_both(random, machine, motions, sensor)
     elif random.random() >= NULLS:
-        one, sensor = concealed(random, machine, motions, sensor)
+        one, sensor = concealed(random, machine, motions, sensor, DC_CAUSES if dc else CAUSES)
         found = (one,)
     acts = reduce(both, [one.acts for one in found]) if found else HEALTHY
     tables = _tables(seed, machine, sensor, motions, acts)

@@ -24,8 +24,8 @@ from rich.progress import track
 from benchmarks.shop.case import TRAIN
 from benchmarks.shop.stage import Array
 from benchmarks.shop.store import Entry, commit, keep
-from benchmarks.strange.draw import Drawn, draw
-from benchmarks.strange.machines import UNSURE
+from benchmarks.strange.draw import LOOPS, Drawn, draw
+from benchmarks.strange.machines import MOTORS, UNSURE
 from benchmarks.strange.running import HEALTHY, Acts, all_moved, both
 from benchmarks.strange.sizes import Sized
 from benchmarks.strange.store import evidence_path, evidences, stored
@@ -61,7 +61,8 @@ def evidence(case: Drawn) -> list[float]:
         pairs = zip(seen, truth, strict=True)
         return np.concatenate([case.sensor.whitened(a - b).ravel() for a, b in pairs])
 
-    slopes = [change(_seen(case, _acts(found), {n: numbers[n] * (1 + SMALL)})) for n in UNSURE]
+    unsure = UNSURE | MOTORS if case.machine.dc else UNSURE
+    slopes = [change(_seen(case, _acts(found), {n: numbers[n] * (1 + SMALL)})) for n in unsure]
     sizes = {
         n: change(_seen(case, _acts(_larger(found, n)), {}))
         for n, one in enumerate(found)
@@ -87,7 +88,7 @@ def go_through(entries: Sequence[Entry], path: Path) -> None:
     """One after the other; each result is kept as soon as it is there."""
     mark = commit()
     for entry in track(entries, "cases", transient=True):
-        case = draw(entry["seed"], "effects" in entry["truth"])
+        case = draw(entry["seed"], "effects" in entry["truth"], entry["number"] >= LOOPS)
         if case.truth != entry["truth"]:
             raise SystemExit(f"{entry['name']}: not the case that was diagnosed")
         line = {"name": entry["name"], "E": evidence(case), "commit": mark}

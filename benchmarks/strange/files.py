@@ -21,6 +21,8 @@ def write(case: Drawn, folder: Path) -> None:
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
         with (folder / name).open("w", newline="", encoding="utf-8") as file:
             file.write("" if case.sensor.offsets is not None else "# zero: x, y\n")
+            loop = "# controller: pd kp={kp!r} kd={kd!r}\n"
+            file.write(loop.format(**case.machine.numbers) if case.machine.dc else "")
             out = csv.writer(file)
             out.writerow(columns)
             out.writerows(["" if v != v else repr(v) for v in row] for row in rows)

@@ -1,7 +1,8 @@
 """A stage drawn from a seed, from a pen plotter to a laser cutter; its modes; its machine file.
 
 Numbers are true, by the simulator's symbols (`benchmarks/shop/stage.py`), in SI units; what the
-machine file says is off by a log-normal factor of 10 to 15 %, but for the geometry.
+machine file says is off by a log-normal factor of 10 to 15 %, but for the geometry and the gains
+of a loop.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ UNSURE = {"mx": "carriage_mass", "my": "bridge_mass", "mp": "pulley_mass", "Jp":
           "by": "bridge_viscous_friction", "fx": "carriage_coulomb_friction",
           "fy": "bridge_coulomb_friction", "Bp": "pulley_viscous_friction",
           "tf": "pulley_coulomb_friction"}  # fmt: skip
+MOTORS = {"J": "motor_inertia", "K1": "motor_torque_gain", "K2": "motor_damping_gain"}
 
 
 class Modes(NamedTuple):
@@ -51,6 +53,11 @@ class Machine:
     numbers: Numbers
     modes: Modes
     half: tuple[float, float]
+
+    @property
+    def dc(self) -> bool:
+        """Whether dc motors turn it, in a loop."""
+        return "K1" in self.numbers
 
     def step(self, *, loose: bool) -> float:
         """A step that resolves the fastest pole [s], or an eighth where a loose pulley hits."""
@@ -134,12 +141,14 @@ def draw_machine(random: Random) -> Machine:
 
 def machine_file(numbers: Mapping[str, float], random: Random) -> str:
     """The TOML that is handed over; priors are the defaults of bare numbers."""
-    off = random.uniform(0.10, 0.15)
+    off, dc = random.uniform(0.10, 0.15), "K1" in numbers
     told = {long: numbers[name] for name, long in GEOMETRY.items()}
     told |= {
         long: numbers[name] * float(np.exp(off * random.standard_normal()))
-        for name, long in UNSURE.items()
+        for name, long in (UNSURE | MOTORS if dc else UNSURE).items()
     }
-    head = '[machine]\nname = "strange"\ntopology = "corexy"\ndrive = "stepper"\n'
+    drive = "dc" if dc else "stepper"
+    head = f'[machine]\nname = "strange"\ntopology = "corexy"\ndrive = "{drive}"\n'
+    loop = "\n[controller]\nkp = {kp!r}\nkd = {kd!r}\n".format(**numbers) if dc else ""
     lines = [f"{name} = {value!r}\n" for name, value in told.items()]
-    return f'{head}fidelity = "full"\n\n[parameters]\n{"".join(lines)}'
+    return f'{head}fidelity = "full"\n{loop}\n[parameters]\n{"".join(lines)}'

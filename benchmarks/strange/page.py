@@ -12,7 +12,7 @@ from benchmarks.concealed.calibration import rate
 from benchmarks.shop.case import AMBIGUOUS
 from benchmarks.shop.grade import ABSTAINED, ALARM, MISSED, PLACE, RIGHT, WRONG, grade, pairs, sets
 from benchmarks.shop.store import Entry
-from benchmarks.strange.draw import truth_of
+from benchmarks.strange.draw import LOOPS, truth_of
 from benchmarks.strange.store import evidences
 
 PAGE = ROOT / "docs" / "strange.md"
@@ -29,6 +29,7 @@ BANDS = {
     "below 300": (0.0, 300.0),
 }
 KINDS = {"a cause": OF_CAUSES, "two causes": OF_CAUSES, "nothing": OF_NULLS}
+KINDS |= {f"{what}, dc": grades for what, grades in KINDS.items()}
 
 
 def marked(truth: dict[str, Any], told: dict[str, Any]) -> str:
@@ -57,18 +58,19 @@ def _row(entry: Entry, known: Evidences) -> list[str]:
             told["coordinate"] or "-", marked(truth, told), f"{entry['seconds']:.0f}"]  # fmt: skip
 
 
-def _concealed(truth: dict[str, Any]) -> str:
-    """Nothing, a cause, or two."""
+def _concealed(entry: Entry) -> str:
+    """Nothing, a cause, or two; and whether of a machine with dc motors."""
+    truth, drive = entry["truth"], ", dc" if entry["number"] >= LOOPS else ""
     if truth["effect"] is None:
-        return "nothing"
-    return "two causes" if "effects" in truth else "a cause"
+        return f"nothing{drive}"
+    return f"{'two causes' if 'effects' in truth else 'a cause'}{drive}"
 
 
 def summary(entries: Sequence[Entry]) -> str:
     """Counts of one origin's cases and Wilson bounds."""
     marks: dict[str, Counter[str]] = {}
     for e in entries:
-        counts = marks.setdefault(_concealed(e["truth"]), Counter())
+        counts = marks.setdefault(_concealed(e), Counter())
         counts[marked(e["truth"], e["told"])] += 1
     lines = [
         [what, name, rate(marks[what][name], marks[what].total())]
@@ -82,8 +84,8 @@ def summary(entries: Sequence[Entry]) -> str:
 def by_evidence(entries: Sequence[Entry], known: Evidences) -> str:
     """Counts by the least E of a case's causes, of the cases for which that is known."""
     lines = []
-    for what in ("a cause", "two causes"):
-        those = [e for e in entries if _concealed(e["truth"]) == what and e["name"] in known]
+    for what in (what for what, grades in KINDS.items() if grades is OF_CAUSES):
+        those = [e for e in entries if _concealed(e) == what and e["name"] in known]
         for band, (low, high) in BANDS.items():
             here = [e for e in those if low <= min(known[e["name"]]) < high]
             counts = Counter(marked(e["truth"], e["told"]) for e in here)

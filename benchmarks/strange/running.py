@@ -10,9 +10,11 @@ import numpy as np
 from benchmarks.shop.motions import Motion, angles
 from benchmarks.shop.simulator import simulate
 from benchmarks.shop.stage import Array, Faults
+from benchmarks.strange.loop import Drive, Ran
+from benchmarks.strange.loop import simulate as simulate_loop
 from benchmarks.strange.machines import Machine
 
-NEUTRAL = Faults()
+NEUTRAL, SOUND = Faults(), Drive()
 FINE, SETTLES = 5e-4, 1.0  # [s]: between simulated rows at most; held before a recording begins
 Changes = Callable[[int, Array, Array], Array]  # recording, time [s], values -> values
 
@@ -28,13 +30,15 @@ def _same(n: int, time: Array, values: Array) -> Array:
 @dataclass(frozen=True)
 class Acts:
     """What a cause does: faults of a stage over time [s], motor angles [rad] that are played
-    instead of the logged ones, places [m] that are reported instead of the true ones.
+    instead of the logged ones, places [m] that are reported instead of the true ones; what is wrong
+    with dc drives.
     """
 
     faults: Callable[[int, Array], Faults] = _healthy
     played: Changes = _same
     shown: Changes = _same
     loose: bool = False  # a pulley turns on its shaft
+    drive: Drive = SOUND
 
 
 HEALTHY = Acts()
@@ -70,6 +74,8 @@ def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: float = 1
     """x and y [m] that are reported without noise at each row; angles are linear between rows, and
     before the first the stage comes to rest.  ``finer`` divides the simulator's step.
     """
+    if machine.dc:
+        return looped(machine, n, motion, acts, finer).xy
     time, xy = motion
     fine, before, parts = grid(time)
     radius = machine.numbers["r"]
@@ -79,6 +85,21 @@ def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: float = 1
         machine.step(loose=acts.loose) / finer,
     )  # fmt: skip
     return acts.shown(n, fine, states[:, :2])[before::parts]
+
+
+def looped(machine: Machine, n: int, motion: Motion, acts: Acts, finer: float = 1.0) -> Ran:
+    """The same of a stage with dc motors, where angles are references, with voltages [V] and
+    rotors' angles [rad] at each row.
+    """
+    time, xy = motion
+    fine, before, parts = grid(time)
+    ref = np.column_stack([np.interp(fine, time, p) for p in angles(xy, machine.numbers["r"]).T])
+    ran = simulate_loop(
+        fine, ref, machine.numbers, acts.faults(n, fine), acts.drive,
+        machine.step(loose=acts.loose) / finer, parts, before % parts,
+    )  # fmt: skip
+    rows = slice(before, None, parts)
+    return Ran(acts.shown(n, fine, ran.xy)[rows], ran.volts[rows], ran.rotors[rows])
 
 
 def all_moved(

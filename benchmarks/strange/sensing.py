@@ -1,8 +1,8 @@
-"""The sensor of x and y that is drawn: rows, samples, noise, steps, zero."""
+"""The sensor of x and y that is drawn: rows, samples, noise, steps, zero; counts of dc motors."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -14,14 +14,16 @@ RATE, ROWS = (100.0, 1000.0), (200.0, 1000.0)  # of samples, of rows [1/s]
 NOISE, COLOUR, STEPS = (3e-6, 40e-6), (0.2, 0.9), (0.5, 3.0)  # [m], AR(1), steps over noise
 OFFSET = 5e-3  # [m] of a zero that nobody knows
 RUNS = 3
-COLOURED, STEPPED, ZEROED = 0.5, 0.25, 0.3  # shares
+LOOPED, COUNTS = (1000.0, 2000.0), (2000, 4000, 4096, 8000)  # dc: rows [1/s]; of encoders, a turn
+COLOURED, STEPPED, ZEROED, ENCODED = 0.5, 0.25, 0.3, 0.5  # shares
 
 
 @dataclass(frozen=True)
 class Sensor:
     """``row`` [s] between rows, a sample every so many; noise of ``std`` [m] and AR(1) colour
     ``rho`` from sample to sample; ``count`` [m] of an encoder, 0 without; ``offsets`` [m] of each
-    recording's x and y, None where they have the inputs' zero and the files say so.
+    recording's x and y, None where they have the inputs' zero and the files say so; ``counts`` of
+    the motors' encoders a turn, 0 where these are not recorded.
     """
 
     row: float
@@ -30,6 +32,7 @@ class Sensor:
     rho: float
     count: float
     offsets: Array | None
+    counts: int = 0
 
     def seen(self, xy: Array, random: Random) -> Array:
         """Samples [m] of places, a row each."""
@@ -37,6 +40,11 @@ class Sensor:
         white[0] /= np.sqrt(1 - self.rho**2)  # from the start as loud as later
         noisy = xy + lfilter([1.0], [1.0, -self.rho], white, axis=0)
         return np.round(noisy / self.count) * self.count if self.count else noisy
+
+    def counted(self, angles: Array) -> Array:
+        """What encoders show of motors' angles [rad], whose zero is a count's middle."""
+        count = 2 * np.pi / self.counts
+        return np.round(angles / count) * count
 
     def whitened(self, change: Array) -> Array:
         """A change of the samples [m] over the noise; its mean is lost with an unknown zero."""
@@ -64,3 +72,12 @@ def draw_sensor(random: Random) -> Sensor:
     offsets = random.uniform(-OFFSET, OFFSET, (RUNS, 2))
     known = random.random() < ZEROED
     return Sensor(row, every, std, rho, count, None if known else offsets)
+
+
+def looped(random: Random, sensor: Sensor) -> Sensor:
+    """The sensor beside dc motors, whose loop runs once a row, and their encoders' counts."""
+    rate = 1 / (sensor.row * sensor.every)
+    dense = np.arange(np.ceil(LOOPED[0] / rate), LOOPED[1] // rate + 1)
+    every = int(random.choice(dense))
+    counts = int(random.choice(COUNTS)) if random.random() < ENCODED else 0
+    return replace(sensor, row=round(1 / (rate * every), 6), every=every, counts=counts)
