@@ -8,26 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from strange_dc_kit import about, exact, turned
+from strange_dc_kit import about, exact
 
 from benchmarks.shop.motions import angles
-from benchmarks.strange import (
-    dc_causes,
-    draw,
-    files,
-    loop,
-    machines,
-    motors,
-    moves,
-    running,
-    sizes,
-)
+from benchmarks.strange import dc_causes, draw, files, machines, moves, running, sizes
 from corexy_fmi.effects import catalogue
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import read_recording
 from corexy_fmi.simulate import simulate as package_run
 
-SEEDS = range(40)
 NULL, SMALL = 1, 0  # seeds: nothing concealed, and a cause
 SMOOTH = {"fx": 0.0, "fy": 0.0, "tf": 0.0}
 MICRON = 1e-6
@@ -57,23 +46,6 @@ def test_without_dry_friction_it_moves_as_the_linear_equations_do(seed):
     assert np.abs(ran.xy - xy).max() > 30 * MICRON
 
 
-def test_motors_suit_their_stages():
-    for seed in SEEDS:
-        machine, sensor = turned(seed)
-        n = machine.numbers
-        for name, (low, high) in zip(
-            ("J", "K1", "K2"), (motors.INERTIA, motors.GAIN, motors.DAMPING), strict=True
-        ):
-            assert low <= n[name] <= high
-        found, share = motors.poles(n)
-        assert (found.real < 0).all()
-        assert (-found.real / np.abs(found))[share > 0.5].min() > 0.1
-        a, b, gains = motors.sampled(n, sensor.row)
-        assert np.abs(np.linalg.eigvals(a - b @ gains)).max() < 1
-        assert 4.99e-4 <= sensor.row <= 1.001e-3
-        assert 99 <= 1 / (sensor.row * sensor.every) <= 1001
-
-
 def test_causes_are_the_catalogues_act_and_change_little_with_half_the_step():
     here, known = about(1), catalogue()
     runs = [running.looped(here.machine, 0, m, running.HEALTHY) for m in here.motions]
@@ -91,12 +63,6 @@ def test_causes_are_the_catalogues_act_and_change_little_with_half_the_step():
         one, half = (running.looped(here.machine, 0, motion, acts, finer=k).xy for k in (1, 2))
         assert np.abs(one - half).max() < MICRON, cause.name
         assert np.abs(one - well.xy).max() > MICRON, cause.name
-
-
-def test_a_bridge_gives_what_it_can():
-    given = [loop._bridge(v, loop.Drive(dead=0.5, limit=2.0)) for v in (-9.0, -0.4, 0.3, 1.5)]
-    assert given == [-2.0, 0.0, 0.0, 1.0]
-    assert loop._bridge(-0.7, loop.Drive(dead=0.5, lost=0.0)) == -0.7
 
 
 def test_a_loose_pulley_follows_its_rotor_within_the_play():

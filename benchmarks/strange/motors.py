@@ -82,7 +82,7 @@ def _enough(n: Numbers, machine: Machine) -> bool:
     drag = n["K2"] + n["Bp"] + (n["bx"] + n["by"]) * n["r"] ** 2 / 4
     dry = n["tf"] + (n["fx"] + n["fy"]) * n["r"] / 2
     torque = (n["J"] + _carried(n)) * hard + drag * speed + dry
-    behind = n["r"] * ((drag - n["K2"]) * speed + dry) / (n["K1"] * n["kp"])
+    behind = n["r"] * (drag * speed + dry) / (n["K1"] * n["kp"])
     return bool(HARDER * torque < VOLTS * n["K1"] and behind < BEHIND)
 
 
