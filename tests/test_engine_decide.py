@@ -42,6 +42,10 @@ CASES = [
     (SURELY, 30.0, proof(-25.0), "nothing_missing"),
     (SURELY, 500.0, proof(30.0, -0.5, contrasts=(30.0, 0.4)), "explained"),  # one cannot judge
     (SURELY, 500.0, proof(30.0, -5.0, contrasts=(30.0, 0.4)), "unexplained"),
+    (SURELY, 500.0, proof(700.0, -1.6, contrasts=(750.0, 11.2)), "explained"),  # by chance, one
+    (SURELY, 500.0, proof(700.0, -1.6, contrasts=(750.0, 25.0)), "unexplained"),
+    (SURELY, 500.0, proof(300.0, -1.6, contrasts=(750.0, 11.2)), "unexplained"),
+    (SURELY, 500.0, proof(700.0, -2.1, contrasts=(750.0, 11.2)), "unexplained"),
     (SURELY, 70.0, proof(0.7, contrasts=(0.8,)), "explained"),  # nor can the only one
     (SURELY, 70.0, proof(-0.3, contrasts=(0.8,)), "ambiguous"),  # it gains nothing
     (SURELY, 70.0, proof(-3.3, contrasts=(0.1,)), "ambiguous"),  # fits of the same end apart

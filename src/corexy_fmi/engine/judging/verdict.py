@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from corexy_fmi.engine.judging.prove import Proof
 from corexy_fmi.engine.naming.entries import THRESHOLD, Competition, Entry
 from corexy_fmi.engine.naming.specification import Leftover
@@ -97,9 +99,18 @@ def _left(proof: Proof) -> tuple[float, float]:
 
 
 def _gains(proof: Proof) -> bool:
-    """Whether each held-out recording that shows the effect gains, and all of them enough."""
-    told = [g for g, d in _told(proof) if d > MUTE]
-    return all(g > 0 for g in told) and sum(told) > CONFIRMED
+    """Whether each held-out recording that shows the effect gains, and all of them enough; one in
+    which the right cause's gain may be below nothing need not, if all gain half of what is due.
+    """
+    told = [(g, d) for g, d in _told(proof) if d > MUTE]
+    gain, due = sum(g for g, _ in told), sum(d for _, d in told)
+    as_due = gain > HALF * due
+    return gain > CONFIRMED and all(g > (min(0.0, _least(d)) if as_due else 0.0) for g, d in told)
+
+
+def _least(contrast: float) -> float:
+    """What the right cause's gain may be as low as [nats], where a recording shows so little."""
+    return contrast - SURPRISE * float(np.sqrt(2 * contrast))
 
 
 def _contradicted(proof: Proof) -> bool:
@@ -134,7 +145,7 @@ def slight(proof: Proof) -> bool:
     (CONTRACT 4 asks no more), and no less than the right cause might where they show it so little.
     """
     near = _near(*_left(proof))
-    likely = all(g > max(0.0, d - SURPRISE * (2 * d) ** 0.5) for g, d in _told(proof) if d > MUTE)
+    likely = all(g > max(0.0, _least(d)) for g, d in _told(proof) if d > MUTE)
     return near and harmless(proof) and likely
 
 
