@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from strange_kit import short_recordings
 
 from benchmarks.shop import grade
 from benchmarks.shop.case import HOLDOUT, TRAIN
@@ -27,9 +28,7 @@ NOTHING = {"effect": None, "location": None, "parameters": {}, "E0": 0.0}
 
 @pytest.fixture(scope="module")
 def short():
-    """Recordings of a second or two, for speed."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moves, "SECONDS", (1.2, 1.5))
+    with short_recordings():
         yield
 
 

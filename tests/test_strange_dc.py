@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from strange_dc_kit import about, exact
+from strange_kit import about, exact, short_recordings
 
 from benchmarks.shop.motions import angles
-from benchmarks.strange import dc_causes, draw, files, machines, moves, running, sizes
+from benchmarks.strange import dc_causes, draw, files, machines, running, sizes
 from corexy_fmi.effects import catalogue
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import read_recording
@@ -24,9 +24,7 @@ MICRON = 1e-6
 
 @pytest.fixture(scope="module")
 def short():
-    """Recordings of a second or two, for speed."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moves, "SECONDS", (1.2, 1.5))
+    with short_recordings():
         yield
 
 

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from strange_kit import short_recordings
 
 from benchmarks.shop.stage import Faults
-from benchmarks.strange import draw, evidence, moves, page
+from benchmarks.strange import draw, evidence, page
 from benchmarks.strange.cause import About, Cause
 from benchmarks.strange.drive_causes import SENSORS
 from benchmarks.strange.running import Acts
@@ -17,8 +18,7 @@ SMALL = 15  # a seed
 
 @pytest.fixture(scope="module")
 def case():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moves, "SECONDS", (1.2, 1.5))
+    with short_recordings():
         drawn = draw.draw(SMALL)
     return replace(drawn, sensor=replace(drawn.sensor, offsets=np.zeros((3, 2))))
 

@@ -1,7 +1,7 @@
 """Dc motors drawn for stages, the poles of their loops, what a driver makes of volts."""
 
 import numpy as np
-from strange_dc_kit import turned
+from strange_kit import turned
 
 from benchmarks.strange import loop, motors
 

@@ -1,10 +1,24 @@
-"""Drawn stages with dc motors, and the exact course of one without dry friction."""
+"""Short recordings of drawn stages; those with dc motors, and the exact course of one without dry
+friction.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
+import pytest
 from scipy.linalg import expm
 
 from benchmarks.strange import draw, machines, moves, sensing
 from benchmarks.strange.cause import About
+
+
+@contextmanager
+def short_recordings() -> Iterator[None]:
+    """Recordings of a second or two, for speed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(moves, "SECONDS", (1.2, 1.5))
+        yield
 
 
 def turned(seed):
