@@ -88,8 +88,10 @@ def test_a_table_counts_by_the_least_evidence():
     truth["effects"] = [play, {"effect": "axis_skew", "location": "sensor"}]
     told = {"verdict": "explained", "coordinate": "motor1"}
     told["effects"] = [{"name": "backlash", "location": "motor1"}]
-    entries = [{"name": name, "number": 1, "truth": truth, "told": told} for name in "abc"]
-    text = page.by_evidence(entries, {"a": [5e3, 2e3], "b": [5e3, 10.0]})
+    entries = [{"name": name, "number": 1000, "truth": truth, "told": told} for name in "ab"]
+    known = {"a": [5e3, 2e3], "b": [5e3, 10.0]}
+    assert page.by_evidence(entries, {"a": known["a"]}) == ""  # not of all
+    text = page.by_evidence(entries, known)
     rows = [line.split(" | ")[1:3] for line in text.splitlines()[2:]]
     assert [r[0] for r in rows] == ["1000 and more", "below 300"]
     assert "0/1" in rows[0][1]

@@ -82,10 +82,13 @@ def summary(entries: Sequence[Entry]) -> str:
 
 
 def by_evidence(entries: Sequence[Entry], known: Evidences) -> str:
-    """Counts by the least E of a case's causes, of the cases for which that is known."""
+    """Counts by the least E of a case's causes, where that is known of all: those that went wrong
+    are asked first, and would be most of the rest.
+    """
     lines = []
     for what in (what for what, grades in KINDS.items() if grades is OF_CAUSES):
-        those = [e for e in entries if _concealed(e) == what and e["name"] in known]
+        those = [e for e in entries if _concealed(e) == what]
+        those = those if all(e["name"] in known for e in those) else []
         for band, (low, high) in BANDS.items():
             here = [e for e in those if low <= min(known[e["name"]]) < high]
             counts = Counter(marked(e["truth"], e["told"]) for e in here)
