@@ -265,7 +265,7 @@ def aside(healthy, tmp_path, monkeypatch):
     (tmp_path / "strange.md").write_text(f"head\n\n{page.BEGIN}\nold\n{page.END}\ntail\n")
     monkeypatch.setattr(store, "FOLDER", tmp_path)
     monkeypatch.setattr(page, "PAGE", tmp_path / "strange.md")
-    monkeypatch.setattr(strange, "draw", lambda seed, *of: replace(healthy, seed=seed))
+    monkeypatch.setattr(strange, "drawn", lambda number, seed: replace(healthy, seed=seed))
     monkeypatch.setattr(strange, "ask", lambda *of: said("nothing_missing"))
     return tmp_path
 

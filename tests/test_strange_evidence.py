@@ -68,7 +68,7 @@ def test_what_no_number_imitates_keeps_most(case):
 def whole(case):
     """E0 of the only cause."""
     found = list(case.found)
-    with_it, without = (evidence._seen(case, evidence._acts(f), {}) for f in (found, []))
+    with_it, without = (evidence._seen(case, draw.acts_of(f), {}) for f in (found, []))
     pairs = zip(with_it, without, strict=True)
     return sum((case.sensor.whitened(a - b) ** 2).sum() for a, b in pairs)
 

@@ -28,15 +28,10 @@ from benchmarks import outcome
 from benchmarks.concealed.cases import seed_of
 from benchmarks.shop.ask import Hears, ask
 from benchmarks.shop.store import Entry, commit, keep
-from benchmarks.strange.draw import LOOPS, PAIRS, Drawn, draw
+from benchmarks.strange.draw import LOOPS, PAIRS, Drawn, drawn
 from benchmarks.strange.files import MACHINE, seal, write
 from benchmarks.strange.page import marked, named, render
 from benchmarks.strange.store import SEALS, path_of, stored, waiting
-
-
-def drawn(number: int, seed: int) -> Drawn:
-    """The case of a number, which tells of what kind it is."""
-    return draw(seed, PAIRS <= number < LOOPS, number >= LOOPS)
 
 
 def told(case: Drawn, head: Entry, path: Path, hears: Hears) -> tuple[dict[str, Any], str, float]:

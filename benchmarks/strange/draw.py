@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
@@ -101,6 +102,16 @@ def _tables(
     return tables
 
 
+def acts_of(found: Sequence[Sized]) -> Acts:
+    """What all causes do together."""
+    return reduce(both, [one.acts for one in found]) if found else HEALTHY
+
+
+def drawn(number: int, seed: int) -> Drawn:
+    """The case of a number, which tells of what kind it is."""
+    return draw(seed, PAIRS <= number < LOOPS, number >= LOOPS)
+
+
 def _turned(
     random: Random, machine: Machine, stages: Random, sensor: Sensor
 ) -> tuple[Machine, Sensor]:
@@ -127,7 +138,6 @@ def draw(seed: int, two: bool = False, dc: bool = False) -> Drawn:
     elif random.random() >= NULLS:
         one, sensor = concealed(random, machine, motions, sensor, DC_CAUSES if dc else CAUSES)
         found = (one,)
-    acts = reduce(both, [one.acts for one in found]) if found else HEALTHY
-    tables = _tables(seed, machine, sensor, motions, acts)
+    tables = _tables(seed, machine, sensor, motions, acts_of(found))
     text = machine_file(machine.numbers, generator(seed, 5))
     return Drawn(seed, machine, text, sensor, motions, found, tables)

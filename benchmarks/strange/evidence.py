@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +24,9 @@ from rich.progress import track
 from benchmarks.shop.case import TRAIN
 from benchmarks.shop.stage import Array
 from benchmarks.shop.store import Entry, commit, keep
-from benchmarks.strange.draw import LOOPS, Drawn, draw
+from benchmarks.strange.draw import Drawn, acts_of, drawn
 from benchmarks.strange.machines import MOTORS, UNSURE
-from benchmarks.strange.running import HEALTHY, Acts, all_moved, both
+from benchmarks.strange.running import Acts, all_moved
 from benchmarks.strange.sizes import Sized
 from benchmarks.strange.store import evidence_path, evidences, stored
 
@@ -44,10 +43,6 @@ def _seen(case: Drawn, acts: Acts, numbers: dict[str, float]) -> list[Array]:
     return [xy[:: case.sensor.every] for xy in moved]
 
 
-def _acts(found: Sequence[Sized]) -> Acts:
-    return reduce(both, [one.acts for one in found]) if found else HEALTHY
-
-
 def _larger(found: Sequence[Sized], which: int) -> list[Sized]:
     """The causes, one of them a little larger."""
     return [replace(s, size=s.size * (1 + SMALL * (n == which))) for n, s in enumerate(found)]
@@ -55,7 +50,7 @@ def _larger(found: Sequence[Sized], which: int) -> list[Sized]:
 
 def evidence(case: Drawn) -> list[float]:
     """E of each cause of a case."""
-    truth = _seen(case, _acts(case.found), {})
+    truth = _seen(case, acts_of(case.found), {})
     each = range(len(case.found))
     return [_evidence(case, case.found[:n] + case.found[n + 1 :], truth) for n in each]
 
@@ -69,10 +64,10 @@ def _evidence(case: Drawn, others: Sequence[Sized], truth: Sequence[Array]) -> f
         pairs = zip(seen, of, strict=True)
         return np.concatenate([case.sensor.whitened(a - b).ravel() for a, b in pairs])
 
-    without = _seen(case, _acts(others), {})
-    moved = [_seen(case, _acts(others), {n: numbers[n] * (1 + SMALL)}) for n in unsure]
+    without = _seen(case, acts_of(others), {})
+    moved = [_seen(case, acts_of(others), {n: numbers[n] * (1 + SMALL)}) for n in unsure]
     sized = [n for n, one in enumerate(others) if not one.cause.whole]
-    moved += [_seen(case, _acts(_larger(others, n)), {}) for n in sized]
+    moved += [_seen(case, acts_of(_larger(others, n)), {}) for n in sized]
     return left(change(truth, without), np.column_stack([change(m, without) for m in moved]))
 
 
@@ -88,7 +83,7 @@ def go_through(entries: Sequence[Entry], path: Path) -> None:
     """One after the other; each result is kept as soon as it is there."""
     mark = commit()
     for entry in track(entries, "cases", transient=True):
-        case = draw(entry["seed"], "effects" in entry["truth"], entry["number"] >= LOOPS)
+        case = drawn(entry["number"], entry["seed"])
         if case.truth != entry["truth"]:
             raise SystemExit(f"{entry['name']}: not the case that was diagnosed")
         line = {"name": entry["name"], "E": evidence(case), "commit": mark}
