@@ -12,7 +12,7 @@ from benchmarks.shop.case import HOLDOUT, TRAIN
 from benchmarks.shop.motions import Motion
 from benchmarks.shop.stage import Array
 from benchmarks.strange.machines import Machine, Random
-from benchmarks.strange.running import Acts
+from benchmarks.strange.running import HEALTHY, Acts
 
 FILES = TRAIN + HOLDOUT
 Parameters = Mapping[str, float]
@@ -27,7 +27,9 @@ class About(NamedTuple):
 
 @dataclass(frozen=True)
 class Cause:
-    """``parameters`` and ``acts`` follow from a size within ``bounds``; ``whole``: an integer."""
+    """``parameters`` and ``acts`` follow from a size within ``bounds``; ``whole``: an integer;
+    ``without``: what stays without it.
+    """
 
     name: str
     location: str
@@ -35,6 +37,7 @@ class Cause:
     parameters: Callable[[float], Parameters]
     acts: Callable[[float], Acts]
     whole: bool = False
+    without: Acts = HEALTHY
 
 
 Draws = Callable[[Random, About], Cause]

@@ -12,17 +12,19 @@ import numpy as np
 from benchmarks.shop.case import Truth, named, nothing
 from benchmarks.shop.motions import Motion, angles
 from benchmarks.shop.stage import Array
+from benchmarks.strange.cause import Draws
 from benchmarks.strange.dc_causes import DC_CAUSES
 from benchmarks.strange.loop import Ran
 from benchmarks.strange.machines import Machine, Random, draw_machine, machine_file
 from benchmarks.strange.motors import with_motors
 from benchmarks.strange.moves import draw_motions
+from benchmarks.strange.rest_causes import REST
 from benchmarks.strange.running import HEALTHY, Acts, both, looped, moved
 from benchmarks.strange.sensing import Sensor, draw_sensor
 from benchmarks.strange.sensing import looped as beside_a_loop
 from benchmarks.strange.sizes import CAUSES, Sized, concealed, concealed_both
 
-PAIRS, LOOPS = 1000, 2000  # numbers of the first case of two causes, and with dc motors
+PAIRS, LOOPS, OTHERS = 1000, 2000, 3000  # first cases: of two causes, with dc motors, of the rest
 NULLS = 0.3  # share of cases with nothing wrong, where no two causes are asked for
 TWO = "two"
 Told = dict[str, Any]
@@ -109,7 +111,8 @@ def acts_of(found: Sequence[Sized]) -> Acts:
 
 def drawn(number: int, seed: int) -> Drawn:
     """The case of a number, which tells of what kind it is."""
-    return draw(seed, PAIRS <= number < LOOPS, number >= LOOPS)
+    rest = number >= OTHERS
+    return draw(seed, PAIRS <= number < LOOPS, LOOPS <= number < OTHERS, REST if rest else None)
 
 
 def _turned(
@@ -122,9 +125,11 @@ def _turned(
     return turned, sensor
 
 
-def draw(seed: int, two: bool = False, dc: bool = False) -> Drawn:
+def draw(
+    seed: int, two: bool = False, dc: bool = False, among: tuple[Draws, ...] | None = None
+) -> Drawn:
     """The case of a seed, always the same; with ``two`` causes of different kinds, or turned by
-    ``dc`` motors.
+    ``dc`` motors; with a cause ``among`` others than the usual ones.
     """
     stages, sensor = generator(seed, 0), draw_sensor(generator(seed, 1))
     machine = draw_machine(stages)
@@ -136,7 +141,8 @@ def draw(seed: int, two: bool = False, dc: bool = False) -> Drawn:
     if two:
         found, sensor = concealed_both(random, machine, motions, sensor)
     elif random.random() >= NULLS:
-        one, sensor = concealed(random, machine, motions, sensor, DC_CAUSES if dc else CAUSES)
+        usual = DC_CAUSES if dc else CAUSES
+        one, sensor = concealed(random, machine, motions, sensor, among or usual)
         found = (one,)
     tables = _tables(seed, machine, sensor, motions, acts_of(found))
     text = machine_file(machine.numbers, generator(seed, 5))

@@ -74,7 +74,7 @@ def _pulley_eccentricity(random: Random, about: About) -> Cause:
                  lambda s: {"amplitude": s, "phase": phase}, acts)  # fmt: skip
 
 
-def _seen(name: str, highest: float, unit: Callable[[float], Parameters], shows: Shows) -> Cause:
+def seen_by(name: str, highest: float, unit: Callable[[float], Parameters], shows: Shows) -> Cause:
     """A cause in the sensor: places over fine time, at a size, to what is reported."""
 
     def acts(size: float) -> Acts:
@@ -89,7 +89,7 @@ def _sensor_delay(random: Random, about: About) -> Cause:
     def shows(size: float, time: Array, xy: Array) -> Array:
         return np.column_stack([np.interp(time - size, time, p) for p in xy.T])
 
-    return _seen("sensor_delay", 0.05, lambda s: {"delay": s}, shows)
+    return seen_by("sensor_delay", 0.05, lambda s: {"delay": s}, shows)
 
 
 def _axis_skew(random: Random, about: About) -> Cause:
@@ -99,7 +99,7 @@ def _axis_skew(random: Random, about: About) -> Cause:
     def shows(size: float, time: Array, xy: Array) -> Array:
         return xy - sign * size * columns(0, xy[:, 1], 0.0)
 
-    return _seen("axis_skew", 0.1, lambda s: {"angle": sign * s}, shows)
+    return seen_by("axis_skew", 0.1, lambda s: {"angle": sign * s}, shows)
 
 
 def _sensor_rotation(random: Random, about: About) -> Cause:
@@ -109,7 +109,7 @@ def _sensor_rotation(random: Random, about: About) -> Cause:
     def shows(size: float, time: Array, xy: Array) -> Array:
         return xy + sign * size * xy[:, ::-1] * np.array([-1.0, 1.0])
 
-    return _seen("sensor_rotation", 0.1, lambda s: {"angle": sign * s}, shows)
+    return seen_by("sensor_rotation", 0.1, lambda s: {"angle": sign * s}, shows)
 
 
 def _sensor_scale(random: Random, about: About) -> Cause:
@@ -122,7 +122,7 @@ def _sensor_scale(random: Random, about: About) -> Cause:
     def told(size: float) -> Parameters:
         return {"scale_x": float(1 + size * off[0]), "scale_y": float(1 + size * off[1])}
 
-    return _seen("sensor_scale", 0.19, told, shows)
+    return seen_by("sensor_scale", 0.19, told, shows)
 
 
 DRIVES = (_backlash, _belt_mismatch, _missed_steps, _pulley_eccentricity)

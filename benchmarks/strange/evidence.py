@@ -64,8 +64,9 @@ def _evidence(case: Drawn, others: Sequence[Sized], truth: Sequence[Array]) -> f
         pairs = zip(seen, of, strict=True)
         return np.concatenate([case.sensor.whitened(a - b).ravel() for a, b in pairs])
 
-    without = _seen(case, acts_of(others), {})
-    moved = [_seen(case, acts_of(others), {n: numbers[n] * (1 + SMALL)}) for n in unsure]
+    stays = acts_of(others) if others else case.found[0].cause.without
+    without = _seen(case, stays, {})
+    moved = [_seen(case, stays, {n: numbers[n] * (1 + SMALL)}) for n in unsure]
     sized = [n for n, one in enumerate(others) if not one.cause.whole]
     moved += [_seen(case, acts_of(_larger(others, n)), {}) for n in sized]
     return left(change(truth, without), np.column_stack([change(m, without) for m in moved]))

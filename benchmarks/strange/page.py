@@ -12,7 +12,7 @@ from benchmarks.concealed.calibration import rate
 from benchmarks.shop.case import AMBIGUOUS
 from benchmarks.shop.grade import ABSTAINED, ALARM, MISSED, PLACE, RIGHT, WRONG, grade, pairs, sets
 from benchmarks.shop.store import Entry
-from benchmarks.strange.draw import LOOPS, truth_of
+from benchmarks.strange.draw import LOOPS, OTHERS, truth_of
 from benchmarks.strange.store import evidences
 
 PAGE = ROOT / "docs" / "strange.md"
@@ -29,7 +29,7 @@ BANDS = {
     "below 300": (0.0, 300.0),
 }
 KINDS = {"a cause": OF_CAUSES, "two causes": OF_CAUSES, "nothing": OF_NULLS}
-KINDS |= {f"{what}, dc": grades for what, grades in KINDS.items()}
+KINDS |= {f"{what}{of}": grades for of in (", dc", ", rest") for what, grades in KINDS.items()}
 
 
 def marked(truth: dict[str, Any], told: dict[str, Any]) -> str:
@@ -59,11 +59,12 @@ def _row(entry: Entry, known: Evidences) -> list[str]:
 
 
 def _concealed(entry: Entry) -> str:
-    """Nothing, a cause, or two; and whether of a machine with dc motors."""
-    truth, drive = entry["truth"], ", dc" if entry["number"] >= LOOPS else ""
+    """Nothing, a cause, or two; and whether of a machine with dc motors, or of the rest."""
+    truth, number = entry["truth"], entry["number"]
+    of = ", rest" if number >= OTHERS else ", dc" if number >= LOOPS else ""
     if truth["effect"] is None:
-        return f"nothing{drive}"
-    return f"{'two causes' if 'effects' in truth else 'a cause'}{drive}"
+        return f"nothing{of}"
+    return f"{'two causes' if 'effects' in truth else 'a cause'}{of}"
 
 
 def summary(entries: Sequence[Entry]) -> str:

@@ -10,9 +10,13 @@ import numpy as np
 from benchmarks.shop.motions import Motion, angles
 from benchmarks.shop.simulator import simulate
 from benchmarks.shop.stage import Array, Faults
+from benchmarks.strange.beside import Beside
+from benchmarks.strange.bodies import reported
+from benchmarks.strange.bodies import simulate as simulate_beside
 from benchmarks.strange.loop import Drive, Ran
 from benchmarks.strange.loop import simulate as simulate_loop
 from benchmarks.strange.machines import Machine
+from benchmarks.strange.matrices import step_of
 
 NEUTRAL, SOUND = Faults(), Drive()
 FINE, SETTLES = 5e-4, 1.0  # [s]: between simulated rows at most; held before a recording begins
@@ -31,7 +35,7 @@ def _same(n: int, time: Array, values: Array) -> Array:
 class Acts:
     """What a cause does: faults of a stage over time [s], motor angles [rad] that are played
     instead of the logged ones, places [m] that are reported instead of the true ones; what is wrong
-    with dc drives.
+    with dc drives; what is beside a stage with steppers, which then has none of these faults.
     """
 
     faults: Callable[[int, Array], Faults] = _healthy
@@ -39,6 +43,7 @@ class Acts:
     shown: Changes = _same
     loose: bool = False  # a pulley turns on its shaft
     drive: Drive = SOUND
+    beside: Beside | None = None
 
 
 HEALTHY = Acts()
@@ -80,11 +85,14 @@ def moved(machine: Machine, n: int, motion: Motion, acts: Acts, finer: float = 1
     fine, before, parts = grid(time)
     radius = machine.numbers["r"]
     phi = np.column_stack([np.interp(fine, time, p) for p in angles(xy, radius).T])
-    states, _ = simulate(
-        fine, acts.played(n, fine, phi), machine.numbers, acts.faults(n, fine),
-        machine.step(loose=acts.loose) / finer,
-    )  # fmt: skip
-    return acts.shown(n, fine, states[:, :2])[before::parts]
+    played, numbers, beside = acts.played(n, fine, phi), machine.numbers, acts.beside
+    if beside is not None:
+        step = step_of(numbers, beside) / finer
+        places = reported(simulate_beside(fine, played, numbers, beside, step)[0])
+    else:
+        step = machine.step(loose=acts.loose) / finer
+        places = simulate(fine, played, numbers, acts.faults(n, fine), step)[0][:, :2]
+    return acts.shown(n, fine, places)[before::parts]
 
 
 def looped(machine: Machine, n: int, motion: Motion, acts: Acts, finer: float = 1.0) -> Ran:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from benchmarks.shop.case import TRAIN
 from benchmarks.shop.motions import Motion
+from benchmarks.shop.stage import Array
 from benchmarks.strange.cause import About, Cause, Draws
 from benchmarks.strange.drive_causes import DRIVES, SENSORS
 from benchmarks.strange.load_causes import LOADS
 from benchmarks.strange.machines import Machine, Random, spread
-from benchmarks.strange.running import HEALTHY, Acts, all_moved
+from benchmarks.strange.running import Acts, all_moved
 from benchmarks.strange.sensing import Sensor
 
 CAUSES: tuple[Draws, ...] = LOADS + DRIVES + SENSORS
@@ -51,13 +53,16 @@ class Sized:
 
 def evidence_of(
     machine: Machine, motions: list[Motion], sensor: Sensor
-) -> Callable[[Sensor, Acts], float]:
+) -> Callable[[Sensor, Cause, Acts], float]:
     """E0 of what a cause does, as a sensor shows it that differs in its zero at most."""
     train = motions[: len(TRAIN)]
-    without = all_moved(machine, train, HEALTHY)
 
-    def evidence(sees: Sensor, acts: Acts) -> float:
-        pairs = zip(all_moved(machine, train, acts), without, strict=True)
+    @cache
+    def without(acts: Acts) -> list[Array]:
+        return all_moved(machine, train, acts)
+
+    def evidence(sees: Sensor, cause: Cause, acts: Acts) -> float:
+        pairs = zip(all_moved(machine, train, acts), without(cause.without), strict=True)
         changes = (sees.whitened((a - b)[:: sensor.every]) for a, b in pairs)
         return float(sum((change**2).sum() for change in changes))
 
@@ -93,7 +98,7 @@ def concealed(
     while True:
         cause = among[int(random.integers(len(among)))](random, About(machine, motions))
         sees = replace(sensor, offsets=None) if cause.name == NEEDS_ZERO else sensor
-        found = sized(cause, target, lambda acts, sees=sees: evidence(sees, acts))  # type: ignore[misc]
+        found = sized(cause, target, partial(evidence, sees, cause))
         if found.evidence >= FAINT:
             return found, sees
 
