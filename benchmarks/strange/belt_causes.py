@@ -16,16 +16,16 @@ from benchmarks.strange.matrices import TENSE
 from benchmarks.strange.running import Acts, grid
 
 
-def pulls(about: About, n: int) -> tuple[Array, Array]:
-    """Of a healthy stage's sections [N] in a recording, and its states, both over fine time."""
+def pulls(about: About, n: int) -> Array:
+    """Of a healthy stage's sections [N] in a recording, over fine time."""
     machine, (time, xy) = about.machine, about.motions[n]
     fine, _, _ = grid(time)
     phi = angles(xy, machine.numbers["r"])
     played = np.column_stack([np.interp(fine, time, p) for p in phi.T])
     step = machine.step(loose=False)
-    states, rates = simulate(fine, played, machine.numbers, None, step)
+    states, _ = simulate(fine, played, machine.numbers, None, step)
     of = stage(machine.numbers, Faults())
-    return (states @ of.table.T) * of.stiffness * np.array(TENSE), rates
+    return (states @ of.table.T) * of.stiffness * np.array(TENSE)
 
 
 def _belts(
@@ -54,7 +54,7 @@ def _belt_slack(random: Random, about: About) -> Cause:
     """A healthy stage's highest loss of tension in the recordings to fit over the pretension, less
     one [1].
     """
-    most = float(max(-pulls(about, n)[0].min() for n in range(2)))
+    most = float(max(-pulls(about, n).min() for n in range(2)))
     return _belts("belt_slack", (1e-3, 20.0), lambda s: {"pretension": most / (1 + s)},
                   lambda s: Beside(pretension=most / (1 + s)))  # fmt: skip
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks.shop.motions import angles
 from benchmarks.strange.belt_causes import pulls
 from benchmarks.strange.beside import POLES, Beside, Magnet, Ripple
 from benchmarks.strange.cause import About, Cause, pair
@@ -18,20 +19,19 @@ PITCHES = (2e-3, 2.032e-3, 3e-3)  # of teeth [m]
 
 
 def _load(about: About, inertia: float) -> float:
-    """The highest torque [N m] that a healthy stage and its rotors need."""
+    """The highest torque [N m] that a healthy stage and its rotors need, were all at once."""
     n, highest = about.machine.numbers, 0.0
-    for run in range(len(about.motions)):
-        pull, rates = pulls(about, run)
-        spin = np.diff(rates[:, 2:4], axis=0, append=rates[-1:, 2:4]) / 5e-4
-        belts = n["r"] * np.column_stack([pull[:, 1] - pull[:, 2], pull[:, 7] - pull[:, 8]])
-        drag = n["Bp"] * np.abs(rates[:, 2:4]) + n["tf"]
-        highest = max(highest, float((np.abs(belts) + inertia * np.abs(spin) + drag).max()))
+    for run, (time, xy) in enumerate(about.motions):
+        pull, phi, row = pulls(about, run), angles(xy, n["r"]), float(time[1] - time[0])
+        belts = n["r"] * np.abs([pull[:, 1] - pull[:, 2], pull[:, 7] - pull[:, 8]]).max()
+        speed, gain = (np.abs(np.diff(phi, k, axis=0)).max() / row**k for k in (1, 2))
+        highest = max(highest, float(belts + inertia * gain + n["Bp"] * speed + n["tf"]))
     return highest
 
 
 def _magnet(holding: float, inertia: float, ratio: float) -> Magnet:
     """A rotor whose damping ratio is that on its own spring."""
-    return Magnet(holding, inertia, 2 * ratio * np.sqrt(POLES * holding * inertia))
+    return Magnet(holding, inertia, 2 * ratio * float(np.sqrt(POLES * holding * inertia)))
 
 
 def _stepper_compliance(random: Random, about: About) -> Cause:
