@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from strange_kit import short_recordings, stretches
 
 from benchmarks.shop.stage import Faults, stage
+from benchmarks.strange import __main__ as strange
 from benchmarks.strange import (
     beside,
     bodies,
@@ -345,6 +346,20 @@ def test_a_number_tells_the_kind_of_its_case(monkeypatch):
     kinds = [page._concealed({"number": n, "truth": nothing}) for n in (999, 2999, 3000)]
     assert kinds == ["nothing", "nothing, dc", "nothing, rest"]
     assert {*kinds} < {*page.KINDS}
+
+
+def test_the_rest_is_asked_for_by_its_own_count(monkeypatch, capsys):
+    asked = []
+    monkeypatch.setattr(strange, "go_through", lambda numbers, *of: asked.extend(numbers))
+    monkeypatch.setattr(strange, "render", lambda entries: None)
+    begin = ["strange", "--count", "0", "--origin", "a", "--rest", "2", "--dc"]
+    monkeypatch.setattr("sys.argv", [*begin, "1"])
+    assert strange.main() == 0
+    monkeypatch.setattr("sys.argv", [*begin, "1001"])
+    with pytest.raises(SystemExit):
+        strange.main()
+    assert "--dc: found 1001, expected at most 1000" in capsys.readouterr().err
+    assert asked == [2000, 3000, 3001]
 
 
 def test_a_draw_of_the_usual_causes_is_as_it_was():

@@ -52,11 +52,15 @@ def _belt_hardening(random: Random, about: About) -> Cause:
 
 def _belt_slack(random: Random, about: About) -> Cause:
     """A healthy stage's highest loss of tension in the recordings to fit over the pretension, less
-    one [1].
+    one, squared [1]: what it changes goes up with that.
     """
     most = float(max(-pulls(about, n).min() for n in range(2)))
-    return _belts("belt_slack", (1e-3, 20.0), lambda s: {"pretension": most / (1 + s)},
-                  lambda s: Beside(pretension=most / (1 + s)))  # fmt: skip
+
+    def holds(size: float) -> float:
+        return most / (1 + float(np.sqrt(size)))
+
+    return _belts("belt_slack", (1e-4, 25.0), lambda s: {"pretension": holds(s)},
+                  lambda s: Beside(pretension=holds(s)))  # fmt: skip
 
 
 def _belt_damping(random: Random, about: About) -> Cause:
