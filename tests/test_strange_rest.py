@@ -27,6 +27,7 @@ from benchmarks.strange import (
 from benchmarks.strange import rest_causes as rest
 from benchmarks.strange.beside import FRAME, TOOL, YAW, Beside, Body, Magnet, Ripple, Runout
 from benchmarks.strange.cause import About
+from corexy_fmi.effects import catalogue
 
 KNOWN = {  # of the contract: places, parameters
     "belt_stiffness_vs_position": ("belts", "strength"),
@@ -387,3 +388,13 @@ def test_a_case_of_the_rest_is_drawn_and_has_evidence(monkeypatch):
         assert found.cause.without.beside.magnet.holding > 0
         left = evidence.evidence(case)[0]
     assert 0 < left <= 1.01 * found.evidence
+
+
+@EACH
+def test_every_size_lies_within_the_bounds_of_the_catalogue(draws):
+    cause = draws(np.random.default_rng(1), about(1))
+    bounds = {p.name: (p.lower, p.upper) for p in catalogue()[cause.name].parameters}
+    assert cause.location in catalogue()[cause.name].locations
+    for name, value in (pair for s in cause.bounds for pair in cause.parameters(s).items()):
+        low, high = bounds[name]
+        assert low * (1 - 1e-9) <= value <= high * (1 + 1e-9), name

@@ -69,10 +69,10 @@ def _belt_damping(random: Random, about: About) -> Cause:
 
 
 def _belt_relaxation(random: Random, about: About) -> Cause:
-    """Stiffness of the Maxwell arm over that which stays [1]."""
+    """Stiffness of the Maxwell arm over that which stays [1]; told as its share of both."""
     constant = spread(random, 0.02, 2.0)
     return _belts("belt_relaxation", (5e-3, 2.0),
-                  lambda s: {"ratio": s, "time_constant": constant},
+                  lambda s: {"ratio": s / (1 + s), "time_constant": constant},
                   lambda s: Beside(arm=s, relaxes=constant))  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from benchmarks.strange.running import Acts
 
 STIFF, SOFT = 400.0, 6.0  # [Hz] of a tool or a yaw on its own
 SHAKES, FRAMES = (4.0, 60.0), (0.02, 0.1)  # frequency [Hz] and damping ratio of a frame
+SOFTEST = 10.0  # [N m/rad] of the guides of a bridge against its yaw
 DAMPED = (0.01, 0.1)  # damping ratio of a tool, a yaw
 
 
@@ -53,7 +54,7 @@ def _racking(random: Random, about: About) -> Cause:
     n = about.machine.numbers
     inertia = (n["my"] / 12 + n["mp"]) * n["W"] ** 2 * random.uniform(0.7, 1.5)
     ratio = spread(random, *DAMPED)
-    return Cause("racking", "bridge", GIVES,
+    return Cause("racking", "bridge", (GIVES[0], min(GIVES[1], inertia / SOFTEST)),
                  lambda s: {"stiffness": inertia / s, "inertia": inertia},
                  lambda s: Acts(beside=Beside(yaw=Body(inertia, _soft(s), ratio))))  # fmt: skip
 

@@ -15,6 +15,7 @@ from benchmarks.strange.running import Acts
 
 INERTIA, DAMPED = (2e-6, 3e-5), (0.02, 0.2)  # of a rotor [kg m^2]; its damping ratio
 HOLDS, COGGED = (2.5, 10.0), 0.15  # holding torque over the highest load; detent over it, at most
+STRONGEST = 5.0  # of a motor's holding torque [N m]
 PITCHES = (2e-3, 2.032e-3, 3e-3)  # of teeth [m]
 
 
@@ -42,7 +43,7 @@ def _stepper_compliance(random: Random, about: About) -> Cause:
     def magnet(size: float) -> Magnet:
         return _magnet(load / size, inertia, ratio)
 
-    return Cause("stepper_compliance", "motors", (0.01, 1 / HOLDS[0]),
+    return Cause("stepper_compliance", "motors", (max(0.01, load / STRONGEST), 1 / HOLDS[0]),
                  lambda s: {"holding_torque": load / s, "damping": magnet(s).damping},
                  lambda s: Acts(beside=Beside(magnet=magnet(s))))  # fmt: skip
 
