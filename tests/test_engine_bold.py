@@ -5,14 +5,18 @@ from dataclasses import replace
 import numpy as np
 from engine_kit import STRIBECK, machine, other_motion, problem, record, rich_motion, with_effects
 
-from corexy_fmi.engine.fitting.fit import Fit, minimise
+from corexy_fmi.engine.fitting.fit import Fit, minimise, settle
 from corexy_fmi.engine.fitting.retune import retune
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.bold import bold_fits
 from corexy_fmi.engine.naming.candidates import hypotheses
 from corexy_fmi.engine.naming.entries import THRESHOLD
-from corexy_fmi.engine.naming.name import laws_once
+from corexy_fmi.engine.naming.name import _wants_more, laws_once
 from corexy_fmi.engine.naming.search import rank
 from corexy_fmi.kernel.layout import bundled_layout
+from corexy_fmi.machine import EffectUse
+
+CAUSES = ({"angle": 2e-3}, {"coefficient": 60.0})  # of a rotation, of a drag
 
 
 def retuned(*uses, motion=rich_motion):
@@ -64,3 +68,21 @@ def _over_own_speed(hypothesis, axis):
 def test_without_one_nothing_is_kept_that_pays():
     base, found = tried(motion=other_motion)
     assert all(base.cost - rank(fit) < THRESHOLD for fit in found)
+
+
+def test_a_right_set_of_causes_wants_no_bold_starts():
+    """Nothing at all does, and one cause of two, which leaves the other."""
+    uses = [("sensor_rotation", "sensor"), ("quadratic_drag", "x")]
+    base = retuned(*(EffectUse(*u, v) for u, v in zip(uses, CAUSES, strict=True)))
+    layout = base.problem.layout
+    one, both = ([layout.find(*u) for u in uses[:n]] for n in (1, 2))
+
+    def fitted(of):
+        said = replace(base.problem, hypothesis=Hypothesis(tuple(of)))
+        return settle(minimise(said, said.carried(base.problem, base.u)))
+
+    first, second = fitted(one), fitted(both)
+    assert base.cost - rank(first) > 10 * THRESHOLD
+    assert _wants_more(base, [])
+    assert _wants_more(base, [first])
+    assert not _wants_more(base, [second, first])

@@ -1,13 +1,16 @@
 """What is gained without an effect's size is not gained by the effect."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from engine_kit import fitted, machine, problem, record, short_motion, with_effects
 
 from corexy_fmi.engine.fitting.fit import Fit, costs
+from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.candidates import hypotheses
-from corexy_fmi.engine.naming.entries import THRESHOLD, Entry, without_idle
-from corexy_fmi.engine.naming.idle import idle
+from corexy_fmi.engine.naming.entries import THRESHOLD, Entry, entry_of, shed, without_idle
+from corexy_fmi.engine.naming.idle import idle, lighter
 from corexy_fmi.engine.naming.screen import screen
 from corexy_fmi.engine.naming.search import _shorts
 from corexy_fmi.machine import EffectUse
@@ -46,21 +49,41 @@ def test_a_torque_that_shows_is_not_idle():
     assert not idle(standing(uses, torque=0.05, cogs=True), THRESHOLD)
 
 
-@pytest.mark.parametrize(("stiffness", "rigid"), [(5.8e6, True), (2e4, False)])
-def test_bristles_as_stiff_as_their_range_allows_are_idle(stiffness, rigid):
-    """No stiffer ones can be asked what they gain; none at all can."""
-    bristles, spot = ("presliding_hysteresis", "y"), ("friction_vs_position", "y")
-    tight, values = {"extra": 0.5, "center": 0.0, "width": 5e-3}, {"stiffness": stiffness}
-    truth = [EffectUse(*spot, tight), EffectUse(*bristles, values)]
+def beside_a_tight_spot(second, place, values):
+    """A fit that stands at the truth, of a tight spot and a second effect with these values."""
+    spot, tight = ("friction_vs_position", "y"), {"extra": 0.5, "center": 0.0, "width": 5e-3}
+    truth = [EffectUse(*spot, tight), EffectUse(second, place, values)]
     shown = record(with_effects(machine("yin2018"), *truth), short_motion(), noise=2e-6)
-    chosen = problem(shown, machine("yin2018"), [spot, bristles], 2e-6)
+    chosen = problem(shown, machine("yin2018"), [spot, (second, place)], 2e-6)
     u = np.zeros(chosen.size)
     for k, unknown in enumerate(chosen.unknowns):
         name = unknown.key.split(".")[-1]
         u[k] = unknown.internal((tight | values)[name]) if name in tight | values else 0.0
     residual = chosen.residual(u[None])[0]
-    fit = Fit(chosen, u, float(costs(residual[None])[0]) + chosen.log_scale(), residual)
+    return Fit(chosen, u, float(costs(residual[None])[0]) + chosen.log_scale(), residual)
+
+
+@pytest.mark.parametrize(("stiffness", "rigid"), [(5.8e6, True), (2e4, False)])
+def test_bristles_as_stiff_as_their_range_allows_are_idle(stiffness, rigid):
+    """No stiffer ones can be asked what they gain; none at all can."""
+    fit = beside_a_tight_spot("presliding_hysteresis", "y", {"stiffness": stiffness})
     assert idle(fit, THRESHOLD) == rigid
+
+
+@pytest.mark.parametrize(("pretension", "taut"), [(7e3, True), (0.5, False)])
+def test_what_is_as_good_without_an_effect_is_told_without_it(pretension, taut):
+    """Belts of 7 kN never go slack; those of 0.5 N do."""
+    fit = beside_a_tight_spot("belt_slack", "belts", {"pretension": pretension})
+    base = fitted(replace(fit.problem, hypothesis=Hypothesis()))
+    entry = entry_of(base, fit)
+    (told,) = shed(base, [entry], map)
+    if not taut:
+        assert lighter(fit, THRESHOLD) is fit
+        assert told is entry
+        return
+    assert told.hypothesis.key == (("friction_vs_position", "y"),)
+    assert told.gain > entry.gain
+    assert shed(base, [told], map) == [told]
 
 
 def test_effects_of_friction_get_a_short_fit_however_little_one_step_tells():

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corexy_fmi.engine.fitting.fit import Fit
+from corexy_fmi.engine.fitting.fit import Fit, Mapper
 from corexy_fmi.engine.fitting.unknowns import SMOOTHING, Hypothesis
-from corexy_fmi.engine.naming.idle import idle
+from corexy_fmi.engine.naming.idle import idle, lighter
 from corexy_fmi.engine.naming.search import CLOSE, penalty, samples_of
 
 THRESHOLD = 10.0  # [nats] beyond the penalty, below which nothing is named (ENGINE 3.2)
@@ -122,6 +122,18 @@ def catalogue_first(entries: list[Entry]) -> list[Entry]:
     share = FAMILY if len(named.hypothesis.uses) == 1 else 1.0
     laws = [e for e in entries if e.hypothesis.law and e.gain < share * named.gain + THRESHOLD]
     return [e for e in entries if e not in laws] + laws
+
+
+def shed(base: Fit, entries: list[Entry], mapper: Mapper) -> list[Entry]:
+    """The entries, best first, with those sets near the first that are as good without one of
+    their effects fitted without it: it has led the others out of where they were stuck.
+    """
+    least = max(entries[0].gain - CLOSE, 0.0) if entries else 0.0
+    near = [e.fit for e in entries if len(e.hypothesis.uses) > 1 and e.gain > least]
+    found = list(mapper(lambda fit: lighter(fit, THRESHOLD), near))
+    spare = {id(fit) for fit, light in zip(near, found, strict=True) if light is not fit}
+    kept = [e for e in entries if id(e.fit) not in spare]
+    return joined(base, kept, [light for light in found if id(light) not in spare])
 
 
 def without_idle(entries: list[Entry]) -> list[Entry]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from corexy_fmi.engine.fitting.fit import Fit, costs
+from corexy_fmi.engine.fitting.fit import Fit, costs, minimise, settle_no_dearer
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.kernel.layout import Instance
@@ -19,6 +19,18 @@ FAINT, FAINT_ENOUGH = 1e-3, 0.1  # of the effect; share that bounds may leave of
 def idle(fit: Fit, least: float) -> bool:
     """Whether one of the fit's effects, made faint, loses less than ``least`` [nats]."""
     return any(_loss(fit, instance) < least for instance in fit.problem.hypothesis.uses)
+
+
+def lighter(fit: Fit, least: float) -> Fit:
+    """A fit of several effects without those that it loses less than ``least`` [nats] without, one
+    at a time; settled.
+    """
+    uses = fit.problem.hypothesis.uses if len(fit.problem.hypothesis.uses) > 1 else ()
+    for instance in uses:
+        problem, u = _without(fit, instance)
+        if _cost_more(fit, problem, u) < least:
+            return lighter(settle_no_dearer(minimise(problem, u)), least)
+    return fit
 
 
 def _loss(fit: Fit, instance: Instance) -> float:

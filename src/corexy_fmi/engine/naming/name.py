@@ -29,6 +29,7 @@ from corexy_fmi.engine.naming.entries import (
     catalogue_first,
     joined,
     ranked,
+    shed,
     without_idle,
 )
 from corexy_fmi.engine.naming.forms import at_forms
@@ -41,6 +42,7 @@ from corexy_fmi.engine.naming.pairs import pairs, paying
 from corexy_fmi.engine.naming.pulses import pulse_fits
 from corexy_fmi.engine.naming.quietest import under_ceiling
 from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, once, rank, search
+from corexy_fmi.engine.naming.specification import leftover
 from corexy_fmi.engine.naming.whole import with_whole_counts
 
 
@@ -95,6 +97,14 @@ def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
     return [f for f in fits if rank(f) < least]
 
 
+def _wants_more(base: Fit, fits: list[Fit]) -> bool:
+    """Whether no effect explains anything, or the best one leaves what stands out."""
+    gain = base.cost - rank(fits[0]) if fits else 0.0
+    if gain < THRESHOLD or fits[0].problem.hypothesis.law:
+        return True
+    return leftover(fits[0]).matters(gain)
+
+
 def compete(
     base: Fit,
     mapper: Mapper,
@@ -110,7 +120,7 @@ def compete(
     fits = sorted([*fits, *kindred(_ahead(base, fits), singles, mapper)], key=rank)
     fits = sorted([*fits, *pulse_fits(base, singles, mapper)], key=rank)
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
-    if not fits or base.cost - rank(fits[0]) < THRESHOLD or fits[0].problem.hypothesis.law:
+    if _wants_more(base, fits):
         fits = sorted(laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
     fits = with_whole_counts(fits, mapper)
     base, fits = under_ceiling(base, fits, mapper)
@@ -122,6 +132,7 @@ def compete(
     sets += paying(jointly(base, [*sets, *fits], singles, mapper), fits, base, mapper)
     entries = joined(base, [], [*sets, *fits])
     entries = leaders(base, elsewhere(base, entries, singles, mapper), mapper)
+    entries = shed(base, entries, mapper)
     entries = with_kindred(base, entries, singles, mapper)
     base, entries = matched(*without_more_spikes(base, entries, mapper))
     base, entries = under_one_noise(base, entries, mapper, base.problem.ceiling is not own)
