@@ -26,6 +26,7 @@ from corexy_fmi.engine.fitting.noise import Noise
 from corexy_fmi.engine.fitting.slopes import step_lengths
 from corexy_fmi.engine.judging.model import covariance, retuned_table, tuned_machine
 from corexy_fmi.engine.judging.prove import replay
+from corexy_fmi.engine.naming.again import begun_in_balance
 from corexy_fmi.engine.naming.candidates import hypotheses, instances
 from corexy_fmi.engine.naming.screen import screen
 from corexy_fmi.kernel.call import run_lanes
@@ -323,3 +324,17 @@ def test_a_run_that_breaks_down_tells_no_noise(monkeypatch, far):
     errors[0][0, -1] = far
     monkeypatch.setattr(type(fit.problem), "errors", lambda *given: errors)
     assert own_noise(fit) is fit.problem
+
+
+def test_a_fit_that_begins_far_from_balance_is_begun_again_in_it():
+    """Four times as far as stiction holds, another stop is near, and no slope leads back."""
+    chosen = problem(record(machine(), short_motion()), machine())
+    fit = fitted(chosen)
+    assert begun_in_balance(fit) is fit
+    far = fit.u.copy()
+    at = chosen.keys.index("deflection along y of run 0")
+    far[at] = -3.5
+    stuck = minimise(chosen, far, 0)
+    again = begun_in_balance(stuck)
+    assert again.cost < stuck.cost - 10
+    assert abs(again.u[at]) < 1

@@ -15,7 +15,7 @@ from corexy_fmi.machine import Machine
 
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 STABLE, HALVINGS = 2.0, 5  # steps beyond the own one of damped belts that are stable; at most
-AT_EASE = 2.0  # times that the step of an effect's own pole may be lengthened: leap-frog is stable
+AT_EASE = 2.0  # times that the step of what stiffens belts may be lengthened: leap-frog is stable
 
 
 def needed(
@@ -23,14 +23,16 @@ def needed(
 ) -> float:
     """Micro-step [s] that the effects need where they begin; infinite without such.
 
-    ``coarse`` lengthens it up to `AT_EASE` times.  Effects that damp belts are left out: their
-    steps follow from the damping at hand (`damped`).
+    ``coarse`` lengthens it up to `AT_EASE` times, but not that of a rotor on its field: it swings
+    fast over detents, and steps twice as long were 70 nats off.  Effects that damp belts are left
+    out: their steps follow from the damping at hand (`damped`).
     """
     steps = [np.inf]
     for instance in hypothesis.uses:
         if not damps(instance):
             found = _needed_by(layout, machine, base, instance)
-            steps += [min(coarse, AT_EASE) * h for h in found]
+            ease = 1.0 if instance.effect.frees_rotor else AT_EASE
+            steps += [min(coarse, ease) * h for h in found]
     return float(min(steps))
 
 

@@ -80,13 +80,19 @@ def rested(base: Fit) -> list[Fit]:
     """The base with every run begun in balance, where retuning found one far from it: that passes
     for a steady pull, from which it then keeps a search.
     """
-    problem, u = base.problem, base.u.copy()
+    u = balanced(base)
+    return [] if u is None else _linear(base.problem, u, *base.problem.linearised(u))
+
+
+def balanced(fit: Fit) -> Array | None:
+    """u (size,) of a fit with every run begun in balance; None where none began far from it."""
+    problem, u = fit.problem, fit.u.copy()
     known = set(problem.rest_keys)
     rest = [k for k, key in enumerate(problem.keys) if key.partition(" of run ")[0] in known]
     if not rest or np.abs(u[rest]).max() < UNREST:
-        return []
+        return None
     u[rest] = 0.0
-    return _linear(problem, u, *problem.linearised(u))
+    return u
 
 
 def _linear(problem: Problem, u: Array, residual: Array, slopes: Array) -> list[Fit]:

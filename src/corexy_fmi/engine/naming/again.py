@@ -12,7 +12,7 @@ from corexy_fmi.engine.fitting.free_form import PARITIES, LawShape, halved, law_
 from corexy_fmi.engine.fitting.problem import Problem
 from corexy_fmi.engine.fitting.restart import LEADER, begun, best
 from corexy_fmi.engine.fitting.rough import across, unstuck
-from corexy_fmi.engine.fitting.starts import astray, centred
+from corexy_fmi.engine.fitting.starts import astray, balanced, centred
 from corexy_fmi.engine.fitting.unknowns import Hypothesis
 from corexy_fmi.engine.naming.candidates import finer
 from corexy_fmi.engine.naming.entries import Entry, entry_of
@@ -75,6 +75,17 @@ def recentred(fit: Fit, mapper: Mapper) -> Fit:
     found = [across(minimise(fit.problem, u, AGAIN)) for u in _central(fit, mapper)]
     ended = best([fit, *found])
     return settle_no_dearer(ended) if ended.cost < fit.cost - BETTER else fit
+
+
+def begun_in_balance(fit: Fit) -> Fit:
+    """The better of a fit and, where it has a run begin far from balance, itself begun again with
+    all in balance: retuning may have led it there, and it is no way back along the slope.
+    """
+    u = balanced(fit)
+    if u is None:
+        return fit
+    found = settle_no_dearer(minimise(fit.problem, u))
+    return found if found.cost < fit.cost - BETTER else fit
 
 
 def _central(fit: Fit, mapper: Mapper) -> list[Array]:

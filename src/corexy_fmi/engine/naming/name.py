@@ -12,6 +12,7 @@ from dataclasses import replace
 from corexy_fmi.engine.fitting.fit import Fit, Mapper
 from corexy_fmi.engine.fitting.rough import softened
 from corexy_fmi.engine.naming.again import (
+    begun_in_balance,
     by_parity,
     matched,
     recentred,
@@ -41,7 +42,7 @@ from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.engine.naming.pairs import pairs, paying
 from corexy_fmi.engine.naming.pulses import pulse_fits
 from corexy_fmi.engine.naming.quietest import under_ceiling
-from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, once, rank, search
+from corexy_fmi.engine.naming.search import CLOSE, CONTENDS, FINALISTS, margin, once, rank, search
 from corexy_fmi.engine.naming.specification import leftover
 from corexy_fmi.engine.naming.whole import with_whole_counts
 
@@ -97,6 +98,15 @@ def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
     return [f for f in fits if rank(f) < least]
 
 
+def _balanced(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
+    """The fits, best first, those that gain a fair share begun again in balance."""
+    gains = [base.cost - rank(f) for f in fits]
+    least = max(THRESHOLD, CONTENDS * max(gains, default=0.0))
+    able = [f for f, gain in zip(fits, gains, strict=True) if gain >= least]
+    again = dict(zip(map(id, able), mapper(begun_in_balance, able), strict=True))
+    return sorted((again.get(id(f), f) for f in fits), key=rank)
+
+
 def _wants_more(base: Fit, fits: list[Fit]) -> bool:
     """Whether no effect explains anything, or the best one leaves what stands out."""
     gain = base.cost - rank(fits[0]) if fits else 0.0
@@ -122,6 +132,7 @@ def compete(
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if _wants_more(base, fits):
         fits = sorted(laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
+    fits = _balanced(base, fits, mapper)
     fits = with_whole_counts(fits, mapper)
     base, fits = under_ceiling(base, fits, mapper)
     fits[:1] = [recentred(f, mapper) for f in fits[:1]]
