@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from corexy_fmi.engine.data.samples import make_run
 from corexy_fmi.engine.fitting.jitter import scatter
-from corexy_fmi.engine.fitting.quiet import own_models
+from corexy_fmi.engine.fitting.quiet import at_rest, own_models
 from corexy_fmi.motion import chain, rest
 
 LONG = chain(short_motion(), rest((0, 0), 1.5))
@@ -139,3 +139,15 @@ def test_a_mismatch_that_grows_with_the_speed_is_no_jitter(hertz):
     loud = white(run, 1) + course
     exact = replace(run.samples[0], value=run.samples[0].value + loud)
     assert scatter(run, exact, loud).mean() < 0.1 * np.mean(course**2)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_short_rest_of_coloured_noise_that_seems_quiet_by_chance_is_no_quiet_noise(seed):
+    """A rest of some twenty independent samples may well be half as loud."""
+    (run,) = runs(1)
+    rho = 0.985
+    noise = coloured(run, seed, 5 * NOISE, rho)
+    still = at_rest(run)[run.samples[0].index]
+    quiet = coloured(run, seed + 50, 2.3 * NOISE, 0.6)
+    found = own_models((run,), [[np.where(still, quiet, noise), white(run, 12)]])
+    assert found[0][0].marginal > 3 * NOISE

@@ -21,6 +21,9 @@ from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
 ROWS, FEWEST = 60, 8.0  # samples, and independent ones, that tell a standard deviation
+SEVERAL = (
+    4.0  # independent samples of a rest were its noise that in motion, from which on they count
+)
 LOUDER = 1.5  # ratio of standard deviations, in motion to at rest, that noise does not have
 APART = 1.15  # the same of two recordings, of their noise or of what is new in each sample
 COARSE = 1.0  # of a sensor's step, below which errors are coloured by how the motion meets it
@@ -141,6 +144,9 @@ def _of_run(run: Run, samples: Samples, errors: Array, late: Array) -> Noise:
         return whole
     moving, still = errors[~rest] - errors.mean(), errors[rest] - errors.mean()
     sizes = independent(moving), independent(still)
+    alike = sizes[0] * len(still) / len(moving)  # in the rest, were its noise that in motion
+    if alike > SEVERAL:
+        sizes = sizes[0], min(sizes[1], alike)
     loud = left(float(np.std(moving)), float(late[~rest].mean()))
     ratio = loud / max(float(np.sqrt(np.mean(still**2))), 1e-300)
     if min(sizes) < FEWEST or ratio < LOUDER or significance(ratio, *sizes) < SURE:
