@@ -15,6 +15,8 @@ from benchmarks.shop.case import HOLDOUT, TRAIN
 from benchmarks.strange import __main__ as strange
 from benchmarks.strange import draw, files, machines, moves, page, running, sensing, sizes, store
 from benchmarks.strange.cause import About
+from benchmarks.strange.dc_causes import DC_CAUSES
+from benchmarks.strange.rest_causes import REST
 from corexy_fmi.effects import catalogue
 from corexy_fmi.machine import load_machine
 from corexy_fmi.recording import read_recording
@@ -130,6 +132,11 @@ def test_every_cause_is_one_of_the_catalogue_within_its_bounds():
                 low, high = bounds[name.partition("@")[0]]
                 assert low <= value <= high, (cause.name, name)
     assert len(names) == len(sizes.CAUSES) == 15
+
+
+def test_all_rounds_together_conceal_every_effect_of_the_catalogue():
+    drawn = (*sizes.CAUSES, *DC_CAUSES, *REST)
+    assert {draws.__name__.removeprefix("_") for draws in drawn} == set(catalogue())
 
 
 def test_every_cause_changes_what_is_seen():
