@@ -15,7 +15,7 @@ from corexy_fmi.machine import Machine
 
 SHORTEST = 12.0  # times that an effect may shorten the micro-step of a fit
 STABLE, HALVINGS = 2.0, 5  # steps beyond the own one of damped belts that are stable; at most
-AT_EASE = 2.0  # times that the step of what stiffens belts may be lengthened: leap-frog is stable
+AT_EASE = 2.0  # times that the step of an effect's pole may be lengthened, but a rotor's
 
 
 def needed(
