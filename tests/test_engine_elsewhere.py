@@ -43,6 +43,23 @@ def test_an_effect_is_fitted_where_a_part_is_shared_and_nowhere_else(recording):
     assert found[1] is leader
 
 
+@pytest.mark.parametrize(("share", "tried"), [(0.35, True), (0.1, False)])
+def test_in_a_set_an_effect_is_fitted_where_it_alone_explains_a_fair_share(share, tried):
+    """A motor's run-out shows nearly as that of an idler on its belt."""
+    runout = EffectUse("pulley_eccentricity", "motor1", {"amplitude": 5e-5, "phase": 0.5})
+    turned = EffectUse("sensor_rotation", "sensor", {"angle": 1e-3})
+    shown = record(with_effects(machine(), runout, turned), short_motion(), noise=2e-6)
+    base = settle(fitted(problem(shown, machine())))
+    uses = [("sensor_rotation", "sensor"), ("pulley_eccentricity", "pulley9")]
+    leader = entry_of(base, settle(fitted(problem(shown, machine(), uses))))
+    singles = [Hypothesis((bundled_layout().find("pulley_eccentricity", "motor1"),))]
+    alone = SimpleNamespace(hypothesis=singles[0], gain=share * leader.gain)
+    found = elsewhere(base, [leader, alone], singles, map)
+    right = (*singles[0].key, ("sensor_rotation", "sensor"))
+    assert (right in [tuple(sorted(e.hypothesis.key)) for e in found]) is tried
+    assert not tried or found[0].gain > leader.gain + THRESHOLD
+
+
 def test_a_better_end_of_a_place_is_kept(recording):
     base = settle(fitted(problem(recording, machine())))
     both = [("quadratic_drag", "xy")]
