@@ -21,9 +21,7 @@ from corexy_fmi.kernel.call import Array
 
 QUIET = 0.3  # [s] without a change of the inputs, after which the stage rests
 ROWS, FEWEST = 60, 8.0  # samples, and independent ones, that tell a standard deviation
-SEVERAL = (
-    4.0  # independent samples of a rest were its noise that in motion, from which on they count
-)
+SEVERAL = 4.0  # independent samples of a rest, by what motion shows, from which on they count so
 LOUDER = 1.5  # ratio of standard deviations, in motion to at rest, that noise does not have
 APART = 1.15  # the same of two recordings, of their noise or of what is new in each sample
 COARSE = 1.0  # of a sensor's step, below which errors are coloured by how the motion meets it

@@ -79,7 +79,7 @@ def recentred(fit: Fit, mapper: Mapper) -> Fit:
 
 def begun_in_balance(fit: Fit) -> Fit:
     """The better of a fit and, where it has a run begin far from balance, itself begun again with
-    all in balance: retuning may have led it there, and it is no way back along the slope.
+    all in balance: retuning may have led it there, and no slope leads back.
     """
     u = balanced(fit)
     if u is None:

@@ -41,8 +41,8 @@ from corexy_fmi.engine.naming.one_noise import under_one_noise
 from corexy_fmi.engine.naming.overtones import overtone_fits
 from corexy_fmi.engine.naming.pairs import pairs, paying
 from corexy_fmi.engine.naming.pulses import pulse_fits
-from corexy_fmi.engine.naming.quietest import under_ceiling
-from corexy_fmi.engine.naming.search import CLOSE, CONTENDS, FINALISTS, margin, once, rank, search
+from corexy_fmi.engine.naming.quietest import contenders, under_ceiling
+from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, once, rank, search
 from corexy_fmi.engine.naming.specification import leftover
 from corexy_fmi.engine.naming.whole import with_whole_counts
 
@@ -100,9 +100,7 @@ def _ahead(base: Fit, fits: list[Fit]) -> list[Fit]:
 
 def _balanced(base: Fit, fits: list[Fit], mapper: Mapper) -> list[Fit]:
     """The fits, best first, those that gain a fair share begun again in balance."""
-    gains = [base.cost - rank(f) for f in fits]
-    least = max(THRESHOLD, CONTENDS * max(gains, default=0.0))
-    able = [f for f, gain in zip(fits, gains, strict=True) if gain >= least]
+    able = contenders(base, fits)
     again = dict(zip(map(id, able), mapper(begun_in_balance, able), strict=True))
     return sorted((again.get(id(f), f) for f in fits), key=rank)
 

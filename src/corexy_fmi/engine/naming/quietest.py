@@ -20,14 +20,19 @@ from corexy_fmi.engine.naming.entries import THRESHOLD, form_floor
 from corexy_fmi.engine.naming.search import CONTENDS, LONG, PLAIN, rank
 
 
+def contenders(base: Fit, fits: Sequence[Fit]) -> list[Fit]:
+    """The fits that gain a fair share of what the best one does over the retuned machine."""
+    gains = [base.cost - rank(f) for f in fits]
+    least = max(THRESHOLD, CONTENDS * max(gains, default=0.0))
+    return [f for f, gain in zip(fits, gains, strict=True) if gain >= least]
+
+
 def under_ceiling(base: Fit, fits: list[Fit], mapper: Mapper) -> tuple[Fit, list[Fit]]:
     """The retuned machine, its noise its own, and the fits, best first, under the noise of the
     quietest of those that gain a fair share, where another of these leaves far more; as they are
     anywhere else.
     """
-    gains = [base.cost - rank(f) for f in fits]
-    least = max(THRESHOLD, CONTENDS * max(gains, default=0.0))
-    able = [f for f, gain in zip(fits, gains, strict=True) if gain >= least]
+    able = contenders(base, fits)
     quiet = min(able, key=remains, default=base)
     if not any(remains(f) > LOUDER * remains(quiet) for f in able):
         return base, fits
