@@ -139,7 +139,7 @@ def test_the_user_is_told():
     chosen = machine()
     runs = [found_moving(r, chosen) for r in (cut(record(chosen, rich_motion())),)]
     assert [f.text for f in told([*runs, *runs])] == [f"{runs[0].name}: begins in motion"]
-    assert told([replace(r, excitation=replace(r.excitation, lead=0.0)) for r in runs]) == []
+    assert told([replace(r, pace=0.0) for r in runs]) == []
 
 
 def test_where_neither_begin_leaves_anything_it_is_at_rest(monkeypatch):

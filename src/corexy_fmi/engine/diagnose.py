@@ -18,6 +18,7 @@ from corexy_fmi.engine.data.given import (
     unjudged,
     whole_runs,
 )
+from corexy_fmi.engine.data.samples import Run
 from corexy_fmi.engine.evidence import Evidence
 from corexy_fmi.engine.fitting import between_rows, clean, resolution
 from corexy_fmi.engine.fitting.fit import Fit
@@ -29,6 +30,7 @@ from corexy_fmi.engine.judging.onset import settled_in
 from corexy_fmi.engine.judging.prove import Proof
 from corexy_fmi.engine.judging.repeats import as_rows
 from corexy_fmi.engine.judging.verdict import Verdict
+from corexy_fmi.engine.naming import swinging
 from corexy_fmi.engine.naming.candidates import instances
 from corexy_fmi.engine.naming.curved import compete_on_curves
 from corexy_fmi.engine.naming.entries import Competition
@@ -98,7 +100,7 @@ def diagnose(
         base = retune(layout, machine, used, mapper)
         shares = chain((0.2, 0.6), repeat(0.7))
         competition = compete_on_curves(base, mapper, lambda t: tell(t, next(shares)), without)
-        kept, whole = (between_rows.alike(r, competition.retuned) for r in (kept, whole))
+        kept, whole = (_as_fitted(runs, competition) for runs in (kept, whole))
         tell("asking every place for a law", 0.83)
         found = sites(competition, mapper)
         competition = with_times(with_spot(competition, found, mapper), found, mapper)
@@ -117,7 +119,8 @@ def diagnose(
         )
         base = competition.retuned
         alone = [*clean.told(used, base.problem.runs), *between_rows.told(base)]
-        told_first = [*findings, *more, *begins, *alone, *resolution.told(base)]
+        alone += [*swinging.told(base), *resolution.told(base)]
+        told_first = [*findings, *more, *begins, *alone]
         paper["findings"] = [{"text": f.text, "fix": f.fix} for f in told_first]
         if loops := as_rows(proof):
             paper["repeats"] = loops
@@ -130,6 +133,12 @@ def diagnose(
         shown = exhibit(verdict, competition, fit, proof, machine, told_first)
         tell("done", 1.0)
         return Diagnosis(paper, tuned_machine(fit, f"{machine.name}_explained"), shown, experiment)
+
+
+def _as_fitted(runs: Sequence[Run], competition: Competition) -> list[Run]:
+    """Other runs, led as those are that were fitted."""
+    base = competition.retuned
+    return swinging.alike(between_rows.alike(runs, base), base)
 
 
 def _document(

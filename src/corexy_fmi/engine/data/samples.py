@@ -129,7 +129,7 @@ class Run:
     @property
     def moving(self) -> bool:
         """Whether the run begins in motion."""
-        return self.excitation.lead > 0
+        return self.pace > 0
 
     @property
     def clock_free(self) -> bool:

@@ -203,7 +203,7 @@ class Parametrisation:
             if key in REST:
                 found[:, REST.index(key)] = u[:, k]
         scale = rest_scale(self.machine, r.excitation)
-        if self.pulls and not r.moving:
+        if self.pulls and not r.excitation.lead:
             vectors = self.vectors(u, run)
             scale = scale + leaning(self.pulls, self.machine, r.excitation, vectors, self.base)
         return found * scale

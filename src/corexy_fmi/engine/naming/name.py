@@ -44,6 +44,7 @@ from corexy_fmi.engine.naming.pulses import pulse_fits
 from corexy_fmi.engine.naming.quietest import contenders, under_ceiling
 from corexy_fmi.engine.naming.search import CLOSE, FINALISTS, margin, once, rank, search
 from corexy_fmi.engine.naming.specification import leftover
+from corexy_fmi.engine.naming.swinging import swinging
 from corexy_fmi.engine.naming.whole import with_whole_counts
 
 
@@ -130,7 +131,7 @@ def compete(
     fits = sorted([*fits, *overtone_fits(base, fits, mapper)], key=rank)
     if _wants_more(base, fits):
         fits = sorted(laws_once([*fits, *bold_fits(base, singles, mapper)]), key=rank)
-    fits = _balanced(base, fits, mapper)
+    base, fits = swinging(base, _balanced(base, fits, mapper), mapper)
     fits = with_whole_counts(fits, mapper)
     base, fits = under_ceiling(base, fits, mapper)
     fits[:1] = [recentred(f, mapper) for f in fits[:1]]
