@@ -112,6 +112,22 @@ def test_a_cause_is_drawn_from_those_of_dc(short, monkeypatch):
     assert case.truth["E0"] >= sizes.FAINT
 
 
+def test_two_causes_beside_a_loop_are_of_different_kinds_and_both_act(short, monkeypatch):
+    """A drive's own fault, which steppers do not have, is among them."""
+    ripples = (sizes.KINDS[0], dc_causes.DC_DRIVES[-1:])
+    monkeypatch.setattr(draw, "DC_KINDS", ripples)
+    case = draw.draw(SMALL, two=True, dc=True)
+    assert case.machine.dc
+    assert [one.cause.name for one in case.found][1] == "torque_ripple"
+    assert f"_{case.found[0].cause.name}" in {d.__name__ for d in ripples[0]}
+    acts = [one.acts for one in case.found]
+    whole = running.both(*acts)
+    assert whole.drive == acts[1].drive != running.SOUND
+    seen = [running.moved(case.machine, 0, case.motions[0], a) for a in (*acts, whole)]
+    assert all(np.abs(seen[2] - one).max() > MICRON for one in seen[:2])
+    assert [one["effect"] for one in case.truth["effects"]][1] == "torque_ripple"
+
+
 def test_cases_of_stepper_drive_are_drawn_as_before(short):
     """Machine, sensor, file and motions of a seed by nine digits: from before there were loops."""
     case = draw.draw(1)

@@ -339,13 +339,13 @@ def test_a_filter_lags_by_its_time_and_a_clock_by_its_ratio():
 def test_a_number_tells_the_kind_of_its_case(monkeypatch):
     asked = []
     monkeypatch.setattr(draw, "draw", lambda *of: asked.append(of[1:]))
-    for number in (999, 1000, 1999, 2000, 2999, 3000):
+    for number in (999, 1000, 1999, 2000, 2999, 3000, 3999, 4000):
         draw.drawn(number, 1)
-    two, dc = (True, False, None), (False, True, None)
-    assert asked == [(False, False, None), two, two, dc, dc, (False, False, rest.REST)]
+    two, dc, others = (True, False, None), (False, True, None), (False, False, rest.REST)
+    assert asked == [(False, False, None), two, two, dc, dc, others, others, (True, True, None)]
     nothing = {"effect": None, "location": None, "parameters": {}, "E0": 0.0}
-    kinds = [page._concealed({"number": n, "truth": nothing}) for n in (999, 2999, 3000)]
-    assert kinds == ["nothing", "nothing, dc", "nothing, rest"]
+    kinds = [page._concealed({"number": n, "truth": nothing}) for n in (999, 2999, 3000, 4000)]
+    assert kinds == ["nothing", "nothing, dc", "nothing, rest", "nothing, dc"]
     assert {*kinds} < {*page.KINDS}
 
 
@@ -353,14 +353,14 @@ def test_the_rest_is_asked_for_by_its_own_count(monkeypatch, capsys):
     asked = []
     monkeypatch.setattr(strange, "go_through", lambda numbers, *of: asked.extend(numbers))
     monkeypatch.setattr(strange, "render", lambda entries: None)
-    begin = ["strange", "--count", "0", "--origin", "a", "--rest", "2", "--dc"]
+    begin = ["strange", "--count", "0", "--origin", "a", "--rest", "2", "--dc-two", "1", "--dc"]
     monkeypatch.setattr("sys.argv", [*begin, "1"])
     assert strange.main() == 0
     monkeypatch.setattr("sys.argv", [*begin, "1001"])
     with pytest.raises(SystemExit):
         strange.main()
     assert "--dc: found 1001, expected at most 1000" in capsys.readouterr().err
-    assert asked == [2000, 3000, 3001]
+    assert asked == [2000, 3000, 3001, 4000]
 
 
 def test_a_draw_of_the_usual_causes_is_as_it_was():

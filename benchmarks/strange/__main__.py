@@ -1,7 +1,7 @@
 """Diagnoses of machines that nobody developed on, with a concealed cause or none.
 
-    python -m benchmarks.strange [--count 60] [--two 0] [--dc 0] [--rest 0] [--shard i/n]
-                                [--origin HASH]
+    python -m benchmarks.strange [--count 60] [--two 0] [--dc 0] [--rest 0] [--dc-two 0]
+                                [--shard i/n] [--origin HASH]
     python -m benchmarks.strange --render
     python -m benchmarks.strange --write N FOLDER [--origin HASH]
 
@@ -29,7 +29,7 @@ from benchmarks import outcome
 from benchmarks.concealed.cases import seed_of
 from benchmarks.shop.ask import Hears, ask
 from benchmarks.shop.store import Entry, commit, keep
-from benchmarks.strange.draw import LOOPS, OTHERS, PAIRS, Drawn, drawn
+from benchmarks.strange.draw import LOOPED_PAIRS, LOOPS, OTHERS, PAIRS, Drawn, drawn
 from benchmarks.strange.files import MACHINE, seal, write
 from benchmarks.strange.page import marked, named, render
 from benchmarks.strange.store import SEALS, path_of, stored, waiting
@@ -105,15 +105,20 @@ def main() -> int:
                         help=f"cases with dc motors, from number {LOOPS}")  # fmt: skip
     parser.add_argument("--rest", type=int, default=0,
                         help=f"cases of the other causes, from number {OTHERS}")  # fmt: skip
+    parser.add_argument("--dc-two", type=int, default=0,
+                        help=f"of two causes with dc, from number {LOOPED_PAIRS}")  # fmt: skip
     parser.add_argument("--shard", default="0/1", help="i/n: every n-th case, from i")
     parser.add_argument("--origin", default=outcome.commit().rstrip("+"), metavar="HASH",
                         help="what the seeds follow from; default: this commit")  # fmt: skip
     parser.add_argument("--render", action="store_true", help="only the table of docs/strange.md")
     parser.add_argument("--write", nargs=2, metavar=("N", "FOLDER"), help="only a case's files")
     given = parser.parse_args()
-    for name, most in (("count", PAIRS), ("two", LOOPS - PAIRS), ("dc", OTHERS - LOOPS)):
-        if getattr(given, name) > most:
-            parser.error(f"--{name}: found {getattr(given, name)}, expected at most {most}")
+    firsts = {"count": 0, "two": PAIRS, "dc": LOOPS, "rest": OTHERS, "dc_two": LOOPED_PAIRS}
+    counts = {name: getattr(given, name) for name in firsts}
+    for name, count in counts.items():
+        if count > PAIRS:
+            option = name.replace("_", "-")
+            parser.error(f"--{option}: found {count}, expected at most {PAIRS}")
     if given.write:
         show(int(given.write[0]), given.origin, Path(given.write[1]))
         return 0
@@ -121,10 +126,7 @@ def main() -> int:
     status = 0
     try:
         if not given.render:
-            firsts = (
-                (0, given.count), (PAIRS, given.two), (LOOPS, given.dc), (OTHERS, given.rest)
-            )  # fmt: skip
-            asked = [first + k for first, count in firsts for k in range(count)]
+            asked = [firsts[name] + k for name, count in counts.items() for k in range(count)]
             numbers = waiting(asked[index::shards], given.origin)
             go_through(numbers, given.origin, path_of(index, shards))
     except KeyboardInterrupt:

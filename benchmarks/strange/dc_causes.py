@@ -78,4 +78,5 @@ DC_DRIVES: tuple[Draws, ...] = (
     *BELTS, _pulley_eccentricity, _supply_saturation, _driver_deadband, _winding_lag,
     _torque_ripple,
 )  # fmt: skip
+DC_KINDS: tuple[tuple[Draws, ...], ...] = (LOADS, DC_DRIVES, SENSORS)
 DC_CAUSES: tuple[Draws, ...] = LOADS + DC_DRIVES + SENSORS

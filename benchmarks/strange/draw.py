@@ -13,7 +13,7 @@ from benchmarks.shop.case import Truth, named, nothing
 from benchmarks.shop.motions import Motion, angles
 from benchmarks.shop.stage import Array
 from benchmarks.strange.cause import Draws
-from benchmarks.strange.dc_causes import DC_CAUSES
+from benchmarks.strange.dc_causes import DC_CAUSES, DC_KINDS
 from benchmarks.strange.loop import Ran
 from benchmarks.strange.machines import Machine, Random, draw_machine, machine_file
 from benchmarks.strange.motors import with_motors
@@ -22,9 +22,10 @@ from benchmarks.strange.rest_causes import REST
 from benchmarks.strange.running import HEALTHY, Acts, both, looped, moved
 from benchmarks.strange.sensing import Sensor, draw_sensor
 from benchmarks.strange.sensing import looped as beside_a_loop
-from benchmarks.strange.sizes import CAUSES, Sized, concealed, concealed_both
+from benchmarks.strange.sizes import CAUSES, KINDS, Sized, concealed, concealed_both
 
-PAIRS, LOOPS, OTHERS = 1000, 2000, 3000  # first cases: of two causes, with dc motors, of the rest
+# first cases: of two causes, with dc motors, of the rest, of two causes with dc motors
+PAIRS, LOOPS, OTHERS, LOOPED_PAIRS = 1000, 2000, 3000, 4000
 NULLS = 0.3  # share of cases with nothing wrong, where no two causes are asked for
 TWO = "two"
 Told = dict[str, Any]
@@ -111,8 +112,14 @@ def acts_of(found: Sequence[Sized]) -> Acts:
 
 def drawn(number: int, seed: int) -> Drawn:
     """The case of a number, which tells of what kind it is."""
-    rest = number >= OTHERS
-    return draw(seed, PAIRS <= number < LOOPS, LOOPS <= number < OTHERS, REST if rest else None)
+    two = PAIRS <= number < LOOPS or number >= LOOPED_PAIRS
+    rest = OTHERS <= number < LOOPED_PAIRS
+    return draw(seed, two, has_loop(number), REST if rest else None)
+
+
+def has_loop(number: int) -> bool:
+    """Whether the case of a number has dc motors."""
+    return LOOPS <= number < OTHERS or number >= LOOPED_PAIRS
 
 
 def _turned(
@@ -128,7 +135,7 @@ def _turned(
 def draw(
     seed: int, two: bool = False, dc: bool = False, among: tuple[Draws, ...] | None = None
 ) -> Drawn:
-    """The case of a seed, always the same; with ``two`` causes of different kinds, or turned by
+    """The case of a seed, always the same; with ``two`` causes of different kinds, turned by
     ``dc`` motors; with a cause ``among`` others than the usual ones.
     """
     stages, sensor = generator(seed, 0), draw_sensor(generator(seed, 1))
@@ -139,7 +146,8 @@ def draw(
     random = generator(seed, 3)
     found: tuple[Sized, ...] = ()
     if two:
-        found, sensor = concealed_both(random, machine, motions, sensor)
+        kinds = DC_KINDS if dc else KINDS
+        found, sensor = concealed_both(random, machine, motions, sensor, kinds)
     elif random.random() >= NULLS:
         usual = DC_CAUSES if dc else CAUSES
         one, sensor = concealed(random, machine, motions, sensor, among or usual)

@@ -12,7 +12,7 @@ from benchmarks.concealed.calibration import rate
 from benchmarks.shop.case import AMBIGUOUS
 from benchmarks.shop.grade import ABSTAINED, ALARM, MISSED, PLACE, RIGHT, WRONG, grade, pairs, sets
 from benchmarks.shop.store import Entry
-from benchmarks.strange.draw import LOOPS, OTHERS, truth_of
+from benchmarks.strange.draw import LOOPED_PAIRS, OTHERS, has_loop, truth_of
 from benchmarks.strange.store import evidences
 
 PAGE = ROOT / "docs" / "strange.md"
@@ -61,7 +61,8 @@ def _row(entry: Entry, known: Evidences) -> list[str]:
 def _concealed(entry: Entry) -> str:
     """Nothing, a cause, or two; and whether of a machine with dc motors, or of the rest."""
     truth, number = entry["truth"], entry["number"]
-    of = ", rest" if number >= OTHERS else ", dc" if number >= LOOPS else ""
+    rest = OTHERS <= number < LOOPED_PAIRS
+    of = ", dc" if has_loop(number) else ", rest" if rest else ""
     if truth["effect"] is None:
         return f"nothing{of}"
     return f"{'two causes' if 'effects' in truth else 'a cause'}{of}"

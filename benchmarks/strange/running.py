@@ -50,12 +50,15 @@ HEALTHY = Acts()
 
 
 def both(one: Acts, two: Acts) -> Acts:
-    """What two causes do; of axes, drives and the sensor, the one on the earlier comes first."""
+    """What two causes of different kinds do; of axes, drives and the sensor, the one on the earlier
+    comes first.
+    """
     return Acts(
         lambda n, time: _merged(one.faults(n, time), two.faults(n, time)),
         lambda n, time, phi: two.played(n, time, one.played(n, time, phi)),
         lambda n, time, xy: two.shown(n, time, one.shown(n, time, xy)),
         one.loose or two.loose,
+        one.drive if two.drive is SOUND else two.drive,
     )
 
 

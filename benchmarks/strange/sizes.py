@@ -104,11 +104,15 @@ def concealed(
 
 
 def concealed_both(
-    random: Random, machine: Machine, motions: list[Motion], sensor: Sensor
+    random: Random,
+    machine: Machine,
+    motions: list[Motion],
+    sensor: Sensor,
+    kinds: tuple[tuple[Draws, ...], ...] = KINDS,
 ) -> tuple[tuple[Sized, ...], Sensor]:
     """Two causes of different kinds, each seen if it were alone, and the sensor."""
     found: list[Sized] = []
-    for kind in np.sort(random.choice(len(KINDS), 2, replace=False)):
-        one, sensor = concealed(random, machine, motions, sensor, KINDS[kind])
+    for kind in np.sort(random.choice(len(kinds), 2, replace=False)):
+        one, sensor = concealed(random, machine, motions, sensor, kinds[kind])
         found.append(one)
     return tuple(found), sensor
