@@ -53,6 +53,7 @@ class Parameter:
     over: str = ""
     heard: bool = False  # a frequency at which the mismatch may ring
     local: bool = False  # belongs to one recording: each has its own value
+    begins: bool = False  # a time: at its upper bound nothing changes while it is recorded
     initial: bool = False  # where a memory begins, -1 .. 1: free in every run, told of none
     drives: tuple[str, ...] = (STEPPER, DC)
     units: Mapping[str, str] = field(default_factory=dict)  # by location, where they differ

@@ -56,6 +56,7 @@ EFFECT = Effect(
             (0.0,),
             default=0.0,
             local=True,
+            begins=True,
         ),
         share(
             "viscous",

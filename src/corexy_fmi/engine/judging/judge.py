@@ -30,6 +30,7 @@ from corexy_fmi.engine.judging.reach import beyond_reach, within_reach
 from corexy_fmi.engine.judging.repeats import repeating
 from corexy_fmi.engine.judging.rest import restless
 from corexy_fmi.engine.judging.steady import unsteady
+from corexy_fmi.engine.judging.unchanging import unchanging
 from corexy_fmi.engine.judging.verdict import Verdict, decide, harmless
 from corexy_fmi.engine.naming.entries import Competition, form_floor
 from corexy_fmi.engine.naming.smooth import as_told
@@ -181,6 +182,8 @@ def _guarded(
         return incomplete(verdict, f"the {left.cause} still explains part of it", left)
     if verdict.word != "unexplained" and (count := broken(fit)):
         return incomplete(verdict, f"which would have to be {count}")
+    if verdict.word != "unexplained" and (lasting := unchanging(fit)):
+        return incomplete(verdict, lasting)
     verdict = still_loud(verdict, proof)
     waves = unsteady(fit)
     if verdict.word != "unexplained" and waves.matters(winner):
