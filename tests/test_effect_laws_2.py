@@ -221,17 +221,19 @@ def test_belt_damping_is_the_nominal_damping_time():
     assert np.abs(alone - run(given, vector(), limit=5e-5)).max() > 1e-6
 
 
+@pytest.mark.parametrize("symmetric", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("coefficient", [50.0, 300.0])
-def test_hardening_is_the_gradient_of_its_energy(coefficient):
-    """V = sum k e^2 / 2 (1 + c e / 3 l)."""
+def test_hardening_is_the_gradient_of_its_energy(coefficient, symmetric):
+    """V = sum k e^2 / 2 (1 + c s / 3 l), s = e or |e|, or of both."""
     p, rng = parameters(), np.random.default_rng(3)
-    probe = Probe(vector(effects=[("belt_hardening", "belts", (coefficient,))], **QUIET))
+    probe = Probe(vector(effects=[("belt_hardening", "belts", (coefficient, symmetric))], **QUIET))
     c = FULL.constants(p, 0.0)
     rows, k, length = FULL.rows(R), np.array(c.stiffness), np.array(c.length)
 
     def energy(q):
         e = rows @ q
-        return np.sum(k * e**2 / 2 * (1 + coefficient * e / (3 * length)))
+        strained = (1 - symmetric) * e + symmetric * np.abs(e)
+        return np.sum(k * e**2 / 2 * (1 + coefficient * strained / (3 * length)))
 
     for _ in range(10):
         q = rng.uniform(-1, 1, 12) * np.array([5e-5, 5e-5, *[0.01] * 10])
