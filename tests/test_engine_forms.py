@@ -16,6 +16,7 @@ from corexy_fmi.engine.naming.forms import UNTOLD, at_form, at_forms
 from corexy_fmi.machine import EffectUse
 
 SIZES = {
+    "belt_hardening": ("yin2018", "belts", {"coefficient": 100.0}),
     "belt_stiffness_vs_position": ("yin2018", "belts", {"strength": 0.5}),
     "driver_deadband": ("yin2018_dc", "motors", {"voltage": 0.3}),
     "friction_warmup": ("yin2018", "x", {"extra_ratio": 1.0, "time_constant": 0.5}),
