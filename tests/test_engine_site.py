@@ -227,6 +227,12 @@ def test_a_place_that_explains_more_refutes_a_cause_elsewhere(verdict, site, wor
         assert site.location in found.reason
 
 
+@pytest.mark.parametrize(("place", "word"), [("belts", "explained"), ("sensor", "unexplained")])
+def test_at_its_own_place_nothing_refutes_a_cause_that_leaves_nothing(place, word):
+    """Linear laws may promise more there than any fit keeps."""
+    assert misplaced(said("explained", "belts"), [Site(place, 150.0)], spent=True).word == word
+
+
 @pytest.mark.parametrize(
     ("verdict", "gain", "floor", "word"),
     [

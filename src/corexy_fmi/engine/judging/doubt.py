@@ -38,9 +38,10 @@ def still_loud(verdict: Verdict, proof: Proof) -> Verdict:
     return incomplete(verdict, told)
 
 
-def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
+def misplaced(verdict: Verdict, found: Sequence[Site], spent: bool = False) -> Verdict:
     """A cause that explains less than simple laws at another place do is none, nor is nothing; at
-    its own place they must explain as much more as a free-form law that would win.
+    its own place they must explain as much more as a free-form law that would win, and nothing
+    there speaks against one that is ``spent``: of what it leaves, nothing gains.
     """
     gain = verdict.entry.gain if verdict.entry else 0.0
     if verdict.word == "unexplained":
@@ -49,7 +50,7 @@ def misplaced(verdict: Verdict, found: Sequence[Site]) -> Verdict:
         other = next((s for s in found[:1] if s.gain > LEAST), None)
     else:
         other = elsewhere(found, verdict.places, gain)
-        if other is None and verdict.entry is not None:
+        if other is None and verdict.entry is not None and not spent:
             other = _better(found, verdict.entry)
     if other is None:
         return verdict

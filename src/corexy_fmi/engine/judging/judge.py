@@ -36,6 +36,7 @@ from corexy_fmi.engine.naming.entries import Competition, form_floor
 from corexy_fmi.engine.naming.smooth import as_told
 from corexy_fmi.engine.naming.specification import Leftover, leftover
 from corexy_fmi.engine.naming.whole import broken
+from corexy_fmi.engine.naming.worth import WHOLE
 from corexy_fmi.engine.places.site import Site
 from corexy_fmi.kernel.layout import Layout
 from corexy_fmi.machine import Machine
@@ -191,7 +192,8 @@ def _guarded(
     loud = loudest(fit)
     if verdict.word != "unexplained" and loud and loud.ratio > LOUDER:
         return incomplete(verdict, loud.told)
-    verdict = unfinished(misplaced(verdict, sites), beside, form_floor(fit))
+    spent = left.score < WHOLE and not beside
+    verdict = unfinished(misplaced(verdict, sites, spent), beside, form_floor(fit))
     verdict = replace(verdict, stands=left)
     if verdict.word != "nothing_missing":
         return verdict
