@@ -108,9 +108,9 @@ def concealed_both(
     machine: Machine,
     motions: list[Motion],
     sensor: Sensor,
-    kinds: tuple[tuple[Draws, ...], ...] = KINDS,
+    kinds: tuple[tuple[Draws, ...], ...],
 ) -> tuple[tuple[Sized, ...], Sensor]:
-    """Two causes of different kinds, each seen if it were alone, and the sensor."""
+    """Two causes of different ``kinds``, each seen if it were alone, and the sensor."""
     found: list[Sized] = []
     for kind in np.sort(random.choice(len(kinds), 2, replace=False)):
         one, sensor = concealed(random, machine, motions, sensor, kinds[kind])

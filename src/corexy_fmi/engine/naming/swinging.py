@@ -1,9 +1,10 @@
 """A force in time does not wait for the first row: the stage may swing already when it comes.
 
 Runs begin at rest (CONTRACT 2), and a fan or a pump that shakes the stage since before would have
-to start with them; something else then makes up for the first strokes.  Of a force of 7 N that took
-305 nats, which a cable took.  So a fit with a force in time that gains a fair share is also led in:
-held where its inputs begin, under its force, until the stage swings as it will.
+to start with them; something else then makes up for the first strokes.  For a force of 7 N that
+cost 375 nats, of which a cable beside it won back 305.  So a fit with a force in time that gains a
+fair share is also led in: held where its inputs begin, under its force, until the stage swings as
+it will.
 """
 
 from __future__ import annotations
