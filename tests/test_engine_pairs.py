@@ -17,8 +17,8 @@ REFUTED, WHOLE = Leftover(45.0, 8.0, ""), Leftover(1.0, 0.2, "")
 STARK, STARKER = Leftover(80.0, 15.0, ""), Leftover(300.0, 31.0, "")
 
 
-def fit(cost, left, uses=()):
-    hypothesis = SimpleNamespace(uses=uses, key=uses)
+def fit(cost, left, uses=(), law=None):
+    hypothesis = SimpleNamespace(uses=uses, key=uses, law=law)
     problem = SimpleNamespace(noise="own", ceiling=None, hypothesis=hypothesis)
     return SimpleNamespace(cost=cost, left=left, problem=problem)
 
@@ -100,6 +100,18 @@ def test_whose_turn_it_is(costs, tried, turn):
     before = {(name,): cost for name, cost in tried.items()}
     found = second._turn(fit(0.0, REFUTED), [fit(-2_000.0, WHOLE), *fits], before)
     assert found is next((f for f in fits if f.problem.hypothesis.uses == (turn,)), None)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("law", "pair", "hopeless"),
+    [(1_200.0, 300.0, True), (1_200.0, 450.0, False), (-5.0, 1.0, False), (None, 30.0, False)],
+)
+def test_pairs_far_behind_a_law_are_not_gone_on_with(law, pair, hopeless):
+    base, fits = fit(0.0, REFUTED), [sought(("play",), -20.0)]
+    if law is not None:
+        fits.append(fit(-law, WHOLE, law="speed"))
+    assert second._hopeless(fit(-pair, REFUTED), fits, base) is hopeless
 
 
 @pytest.mark.usefixtures("plain")

@@ -122,10 +122,15 @@ def described(one, world):
     }
 
 
-def scaled_and_judged(world, planted, target):
-    """Sizes that meet the target; E, E_sep, rival of each; the retuned nominal model."""
+def scaled_and_judged(world, planted, target, least=0.0):
+    """Sizes that meet the target; E, E_sep, rival of each; the retuned nominal model.
+
+    One effect is not judged where its E, which a judge only lowers, is below `least`.
+    """
     if len(planted) == 1:
         one, retuning = to_target(world, planted[0], target)
+        if retuning.last.evidence < least:
+            return (one,), [{"E": retuning.last.evidence}], retuning
         return (one,), [judge(retuning, one)], retuning
     planted, verdicts = tuple(to_target(world, one, target)[0] for one in planted), []
     for one in planted:
@@ -155,9 +160,10 @@ def draw(seed, kind=None, effect=None, location=None, setting=None, target_E=Non
     planted = choose(seed, world, kind, effect, location)
     if any(one.effect.name == "constant_force" for one in planted):
         world = draw_world(seed, setting, machine, noise, kind, catalogue, leans=True)
-    planted, verdicts, retuning = scaled_and_judged(world, planted, target)
-    faint = len(planted) == 1 and verdicts[0]["E"] < target / 3
-    if catalogue != "ten" and faint and machine is None and world.base_name != "yin2018":
+    moves = catalogue != "ten" and machine is None and world.base_name != "yin2018"
+    least = target / 3 if moves else 0.0
+    planted, verdicts, retuning = scaled_and_judged(world, planted, target, least)
+    if len(planted) == 1 and verdicts[0]["E"] < least:
         drawn = (seed, kind, effect, location, setting, target_E, noise)
         return draw(*drawn, machine="yin2018", catalogue=catalogue)
     truth = {

@@ -21,6 +21,7 @@ from corexy_fmi.engine.naming.whole import whole
 from corexy_fmi.engine.naming.worth import COMPLETING, SECOND_SHARE, complete, gained, least, pays
 
 ROUNDS = 2  # searches of what joins a first cause, at most
+HOPELESS = 1 / 3  # of what a law gains: pairs that a search leaves below it are not gone on with
 
 
 def _extended(first: Fit, singles: list[Hypothesis]) -> list[Hypothesis]:
@@ -83,7 +84,7 @@ def _joining(
     there.
     """
     found = search(one, _extended(one, singles), mapper, 3, THRESHOLD)[:3]
-    if not found:
+    if not found or _hopeless(found[0], fits, base):
         return base, []
     pulses = overtone_fits(one, found, mapper)
     fits += map(alone, pulses)
@@ -105,6 +106,12 @@ def _joining(
         others = [s for s in singles if s.key in tried]
         found += mapper(whole, search(other, _extended(other, others), mapper, 2, THRESHOLD)[:2])
     return base, paying(found, fits, base, mapper)
+
+
+def _hopeless(two: Fit, fits: Sequence[Fit], base: Fit) -> bool:
+    """Whether a law explains so much more than the best pair that nothing done to it would lead."""
+    law = min((rank(f) for f in fits if f.problem.hypothesis.law), default=base.cost)
+    return base.cost - rank(two) < HOPELESS * (base.cost - law)
 
 
 def _struck(two: Fit, singles: Sequence[Hypothesis], mapper: Mapper) -> Fit:
