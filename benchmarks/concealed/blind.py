@@ -114,7 +114,7 @@ def main() -> None:
     parser.add_argument("--no-controls", action="store_true", help="only the blind case itself")
     arguments = parser.parse_args()
     console, begun = Console(width=132), time.monotonic()
-    with console.status("the plant draws a case"):
+    with console.status("the plant draws a case (in a fresh clone it compiles first)"):
         case = plant.draw(arguments.seed, catalogue=arguments.catalogue)
         seal, sealed = plant.seal(case)
     console.print(f"seed {arguments.seed}   seal sha256 {seal}")
