@@ -17,7 +17,7 @@ help:
 	@echo "make blind SEED=n  one concealed case: drawn, sealed, diagnosed, opened"
 	@echo "make proof         the long studies"
 	@echo "make real          a public benchmark, fetched and diagnosed; results in out/real"
-	@echo "make bench         speed against peers"
+	@echo "make bench         speed against SciPy's LSODA (others: python -m benchmarks.peers)"
 	@echo "make firmware      firmware of the board (needs gcc-avr avr-libc)"
 	@echo "make flash PORT=p  builds it and writes it to the board at p (needs avrdude)"
 	@echo "make hil           faults, ten minutes and commissioning on an emulated board"

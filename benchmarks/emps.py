@@ -45,7 +45,7 @@ ABOUT = {
 }
 PUBLISHED = {"moving_mass": 95.11, "viscous_friction": 203.5, "coulomb_friction": 20.39}
 OFFSET = 3.16  # [N] on the stage
-LOGGED_SHARE = 1.01  # of pulses_N is in vir (../shared/data/README.md)
+LOGGED_SHARE = 1.01  # of pulses_N [V] is in vir, beside what the loop's law gives
 
 
 def import_words(name: str) -> list[str]:

@@ -42,7 +42,7 @@ baseline with the hidden effect, and nothing else; a sham, noise resampled from 
 itself, must leave verdict and set as they were.
 
 - `voron x`, `voron y`: a printer's move along x, along y ([the case](voron.md)); 1.1 s of two
-  accelerations. Its baseline is `unexplained`: there the catalogue's nearest set takes the place of
+  accelerations. Where a verdict is `unexplained`, the catalogue's nearest set takes the place of
   the set that is named.
 - `emps pulses`: one axis whose force pulses others hid ([the case](emps.md)), the position as a log
   with a zero of its own; its machine file is that of the case, fitted to the untouched recording.
