@@ -1,5 +1,6 @@
 """Outputs are whole or absent."""
 
+import errno
 import os
 import threading
 from pathlib import Path
@@ -130,6 +131,16 @@ def test_a_place_that_cannot_be_written_is_the_users_mistake(tmp_path):
 def test_so_is_one_many_folders_below_such_a_place(write, way):
     with pytest.raises(InputError, match=rf"{way}.*: cannot be written"), write(Path("/proc", way)):
         pass
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
+def test_no_room_names_what_was_to_be_written(tmp_path, number):
+    with (
+        pytest.raises(InputError, match=r"o.csv: cannot be written: .*, expected a place"),
+        write_beside(tmp_path / "o.csv"),
+    ):
+        raise OSError(number, os.strerror(number))  # a write names no file
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_other_errors_of_the_file_system_pass(tmp_path):

@@ -235,7 +235,10 @@ BAD = {
     "viscous force": (free_form([0, 1], [0, 1], more="viscous = 1"), "only where a law acts as"),
     "onset of a place": (free_form([0, 1], [0, 1], more="onset = 1"), "only with argument 't'"),
     "onset no number": (free_form([0, 1], [0, 1], "x", "t", more="onset = 'late'"), "onset"),
-    "free form too short": (free_form([0], [1]), "a list of 2 to 24 numbers"),
+    "free form too short": (
+        free_form([0], [1]),
+        "found a list of 1, expected a list of 2 to 24 numbers",
+    ),
     "kinematic free form": (
         "[machine]\nfidelity = 'kinematic'\n" + free_form([0, 1], [0, 1]),
         "unknown to fidelity 'kinematic'",

@@ -17,6 +17,7 @@ from corexy_fmi.errors import InputError
 
 LOCK = ".lock"
 PROGRAM = "next_experiment.csv"
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of a disk, a quota, a file
 RESULT_FILES = ("report.html", "diagnosis.json", "machine.toml", "CoreXY.fmu", PROGRAM)
 
 
@@ -134,7 +135,7 @@ def _told(path: Path, *places: Path) -> Iterator[None]:
     except OSError as error:
         named = Path(str(error.filename or ""))
         ours = any(named.is_relative_to(p) or p.is_relative_to(named) for p in places)
-        if not ours and error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        if not ours and error.errno not in NO_ROOM:
             raise
         raise _refusal(path, error) from error
 

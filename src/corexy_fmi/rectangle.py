@@ -12,6 +12,7 @@ from corexy_fmi.errors import InputError
 from corexy_fmi.motion import MOST_ROWS, RATE, Motion, chain, line, rest
 
 REST = 0.5  # [s] at the end
+SMALLEST = 1e-6  # [m] of a side
 SIDE = 250  # rows that one side's motion takes as much memory as
 TURNS = ("x->y", "y->x")
 
@@ -34,6 +35,10 @@ class Rectangle:
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{name}: found {value!r}, expected a positive number")
+        for name in ("width", "height"):
+            if getattr(self, name) < SMALLEST:
+                found = f"{name}: found {getattr(self, name)!r}"
+                raise InputError(f"{found}, expected at least {SMALLEST:g} m")
         if self.loops < 1:
             raise InputError(f"loops: found {self.loops!r}, expected at least 1")
         way = 2 * (self.width + self.height)

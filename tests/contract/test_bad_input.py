@@ -46,7 +46,11 @@ FILES = {
     "empty.csv": "",
     "typo.toml": "[parameters]\ncarriage_mas = 0.1\n",
     "open.toml": "[machine]\ndrive = 'dc'\n",
+    "three.toml": "effects = 3\n",
+    "one.toml": "[effects]\nname = 'backlash'\n",
     "effect.py": "EFFECT = 3\n",
+    "empty.py": "",
+    "leaves.py": "import sys\nsys.exit(3)\n",
     "broken.py": "import math\nEFFECT = math.sine(1.0)\n",
     "typo.py": OWN.replace("velocity", "velocty"),
     "port.py": OWN.replace('"guide"', '"gide"'),
@@ -164,6 +168,10 @@ BAD = {
     "dc without loop": ((*RECTANGLE, "--machine", "open.toml"), "no [controller], expected"),
     "off the stage": ((*RECTANGLE, "--width", "0.19"), "leaves the stage"),
     "negative size": ((*RECTANGLE, "--width", "-1"), "width: found -1.0, expected a positive"),
+    "size of a hair's breadth": (
+        (*RECTANGLE, "--width", "1e-300"),
+        "width: found 1e-300, expected at least 1e-06 m",
+    ),
     "no speed": ((*RECTANGLE, "--speed", "0"), "speed: found 0.0, expected a positive"),
     "no acceleration": ((*RECTANGLE, "--accel", "0"), "acceleration: found 0.0, expected"),
     "no loops": ((*RECTANGLE, "--loops", "0"), "loops: found 0, expected at least 1"),
@@ -181,11 +189,27 @@ BAD = {
     "unknown effect": (("effects", "backlsh"), "nearest known: backlash"),
     "own effect": (
         ("diagnose", "good.csv", "--effects", "effect.py", "--out", "o"),
-        "EFFECT is missing",
+        "EFFECT: found 3, expected an instance of Effect",
     ),
     "own effect broken": (
         ("diagnose", "good.csv", "--effects", "broken.py", "--out", "o"),
-        "broken.py: cannot be loaded as an effect: AttributeError",
+        "broken.py: line 2: cannot be loaded as an effect: AttributeError",
+    ),
+    "own effect that leaves": (
+        ("diagnose", "good.csv", "--effects", "leaves.py", "--out", "o"),
+        "leaves.py: line 2: cannot be loaded as an effect: SystemExit: 3, expected",
+    ),
+    "own effect of none": (
+        ("diagnose", "good.csv", "--effects", "empty.py", "--out", "o"),
+        "empty.py: EFFECT is missing, expected an instance of Effect",
+    ),
+    "effects that are none": (
+        (*RECTANGLE, "--machine", "three.toml"),
+        "three.toml: effects: found 3, expected [[effects]]",
+    ),
+    "effects of one table": (
+        (*RECTANGLE, "--machine", "one.toml"),
+        "one.toml: effects: found one table, expected [[effects]]",
     ),
     "own effect's word": (
         ("diagnose", "good.csv", "--effects", "typo.py", "--out", "o"),
@@ -252,6 +276,14 @@ def test_bad_input(corexy, tmp_path, words, said):
 def test_bad_input_of_a_process(corexy_process, tmp_path, case):
     """The process itself: its status, its two streams, its folder."""
     test_bad_input(corexy_process, tmp_path, *BAD[case])
+
+
+def test_one_file_by_two_names_judges_nothing(corexy, tmp_path):
+    (tmp_path / "good.csv").write_text(GOOD, encoding="utf-8")
+    os.link(tmp_path / "good.csv", tmp_path / "other.csv")
+    done = corexy("diagnose", "good.csv", "--holdout", "other.csv", "--out", "o")
+    assert done.returncode == 2
+    assert done.stderr == "other.csv: given twice, expected each recording once\n"
 
 
 def test_holdout_takes_every_file_up_to_the_next_option():

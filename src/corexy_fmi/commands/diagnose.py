@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from corexy_fmi.commands.places import folder_place, keep_apart
+from corexy_fmi.commands.places import folder_place, keep_apart, same_file
 from corexy_fmi.commands.screen import (
     EffectsOption,
     JobsOption,
@@ -172,11 +172,11 @@ def read_all(train: list[Path], holdout: list[Path]) -> tuple[list[Recording], l
 
     Raises InputError for a file that is given twice, or a recording without measurements.
     """
-    seen: set[Path] = set()
+    seen = list[Path]()
     for path in [*train, *holdout]:
-        if path.resolve() in seen:
+        if any(same_file(path, other) for other in seen):
             raise InputError(f"{path}: given twice, expected each recording once")
-        seen.add(path.resolve())
+        seen.append(path)
     names = Counter(path.name for path in [*train, *holdout])
     lists = [[_read(path, names[path.name] > 1) for path in paths] for paths in (train, holdout)]
     return lists[0], lists[1]

@@ -44,14 +44,14 @@ def keep_apart(
     read += [] if machine is None else [machine_path(machine)]
     written: list[Path] = []
     for out in (path for path in outputs if path is not None):
-        if any(os.path.isfile(path) and _same(out, path) for path in read):
+        if any(os.path.isfile(path) and same_file(out, path) for path in read):
             raise InputError(f"{out}: is read by this command, expected another place to write")
-        if any(_same(out, path) for path in written):
+        if any(same_file(out, path) for path in written):
             raise InputError(f"{out}: is to be written twice, expected a place for each")
         written.append(out)
 
 
-def _same(one: Path, other: Path) -> bool:
+def same_file(one: Path, other: Path) -> bool:
     """Whether two paths are one file."""
     if os.path.exists(one) and os.path.exists(other):
         return one.samefile(other)

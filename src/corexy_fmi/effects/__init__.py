@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pkgutil
+import traceback
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -37,16 +38,25 @@ def load_file(path: Path) -> Effect:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # whatever a user's own code raises
-        told = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}: cannot be loaded as an effect: {told}") from error
-    effect = getattr(module, "EFFECT", None)
-    if not isinstance(effect, Effect):
+    except (Exception, SystemExit) as error:  # whatever a user's own code raises
+        told = f"cannot be loaded as an effect: {type(error).__name__}: {error}"
+        raise InputError(f"{path}: {_line(error, path)}{told}, expected a Python file") from error
+    if not hasattr(module, "EFFECT"):
         raise InputError(f"{path}: EFFECT is missing, expected an instance of Effect")
+    effect = module.EFFECT
+    if not isinstance(effect, Effect):
+        raise InputError(f"{path}: EFFECT: found {effect!r:.60}, expected an instance of Effect")
     if effect.name in catalogue():
         raise InputError(f"{path}: name {effect.name!r} is a bundled effect's, expected a new one")
     _check(effect, str(path))
     return effect
+
+
+def _line(error: BaseException, path: Path) -> str:
+    """Where in a file the error rose last, as a beginning of its message; nothing elsewhere."""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename) == path.absolute()]
+    return f"line {lines[-1]}: " if lines else ""
 
 
 def _check(effect: Effect, where: str) -> None:

@@ -28,8 +28,9 @@ def laws_from(
 ) -> tuple[tuple[EffectUse, ...], tuple[FreeForm, ...]]:
     """Effects and free-form laws in the order of the file; raises InputError naming the key."""
     if not isinstance(entries, list):
+        found = "one table" if isinstance(entries, dict) else repr(entries)
         raise InputError(
-            f"{where}: effects: found one table, expected [[effects]] in double brackets"
+            f"{where}: effects: found {found:.60}, expected [[effects]] in double brackets"
         )
     uses: list[EffectUse] = []
     free_forms: list[FreeForm] = []
@@ -166,7 +167,10 @@ def _optional(entry: Mapping[str, Any], key: str, allowed: bool, where: str) -> 
 def _numbers(entry: Any, largest: float, where: str) -> tuple[float, ...]:
     """At least two finite numbers."""
     if not isinstance(entry, list) or not 2 <= len(entry) <= MOST_KNOTS:
-        raise InputError(f"{where}: expected a list of 2 to {MOST_KNOTS} numbers")
+        found = f"a list of {len(entry)}" if isinstance(entry, list) else repr(entry)
+        raise InputError(
+            f"{where}: found {found:.60}, expected a list of 2 to {MOST_KNOTS} numbers"
+        )
     return tuple(
         number(item, -largest, largest, "SI", f"{where}[{i}]") for i, item in enumerate(entry, 1)
     )
