@@ -30,8 +30,8 @@ READING = """\
   lower end of its interval, a sixth of the file's value, is the limit of a fit, not of the data.
   Across the axes the intervals overlap.
 - What one move alone is `explained` by, or `ambiguous` about, is no cause while the other move and
-  both together do not show it. `frame_mode` of x is such a one on an AMD EPYC; on an Intel Xeon an
-  earlier engine named nothing.
+  both together do not show it. `frame_mode` of x is such a one, on an AMD EPYC and an Intel Xeon,
+  where an earlier engine named nothing.
 - `nothing_missing` for one move alone is no proof: what is left passes for coloured noise three
   times as large as at rest ("noise assumed" against "at rest"), and no fitted part lies at rest,
   where that would show.
