@@ -98,7 +98,7 @@ def test_nothing_moves_without_arm(
 
 def test_a_motion_without_way_is_refused(setup: Setup, wire: Wire) -> None:
     with pytest.raises(InputError, match="nothing moves, expected a motion"):
-        execute_grbl(setup, order_of(Rectangle(1e-7, 1e-7, 1.0)))
+        execute_grbl(setup, order_of(Rectangle(2e-6, 2e-6, 1.0)))
 
 
 def test_the_way_to_the_start_is_no_part_of_the_recording(setup: Setup, wire: Wire) -> None:
