@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import REACHES, Model, fit, left_over, whitened
-from .machines import pack
+from .machines import pack, steps_per_ms
 from .planted import merged, nearest_rivals
 from .recording import channels
 from .world import experiment_of
@@ -13,6 +13,8 @@ from .world import experiment_of
 CLOSE = 0.12  # log of E over its target that is good enough
 TAKES = 0.5  # share of E that a rival leaves, below which it may have shown a better retuning
 LINEAR = 0.1  # log of linearised over real E, below which there is one minimum only
+DEAREST = 100  # steps in a ms: a rival that wants more is known by its angle alone
+LOST = 1e7  # E over its target from which the stage goes its own way, and no retuning leads back
 
 
 def true_machine(world, planted):
@@ -123,8 +125,15 @@ def to_target(world, one, target):
     def linear(trial):
         return (np.inf if slips(world, (trial,)) else retuning.linear((trial,))), None
 
+    lost = {}  # first fits at sizes that are far beyond, which fits from their ends need not follow
+
     def retuned(trial, thorough):
+        if thorough and trial.size in lost:
+            return np.inf, lost[trial.size]
+        before = retuning.last, retuning.size
         found = retuning.fit((trial,), trial.size, thorough)
+        if found.evidence > LOST * target:
+            lost[trial.size], (retuning.last, retuning.size) = found, before
         return (np.inf if slips(world, (trial,)) else found.evidence), found
 
     one, _ = search(linear, one, target, 8)
@@ -156,17 +165,23 @@ def without_rival(model, found, both, end):
     return min(found, fit(model, truth, theta), key=lambda one: one.evidence)
 
 
+def dear(model, theta, rival):
+    """Whether a model with this rival beside it is too dear to fit."""
+    return steps_per_ms(model.machine(theta, rival.slots())) > DEAREST
+
+
 def judge(retuning, planted):
     """E, E_sep and the nearest rival of one effect, from the retuned fit without it.
 
-    E_sep is what is left by the angle to a rival or, if that is less, where it is fitted.
+    E_sep is what is left by the angle to a rival or, if that is less, where it is fitted (unless
+    its runs are too dear: a winding of 20 us wants 182 steps in a ms).
     """
     model, found, last = retuning.model, retuning.last, retuning.last
     catalogue = retuning.world.catalogue
     ranked = nearest_rivals(catalogue, model, last.theta, last.jac, last.residual, planted)
     apart = [last.evidence * (1.0 - rival.cosine**2) for rival in ranked]
     for n, rival in enumerate(ranked):
-        if rival.one is not None:
+        if rival.one is not None and not dear(model, last.theta, rival.one):
             both, end = with_rival(model, last, rival.one)
             apart[n] = min(apart[n], end.evidence)
             if end.evidence < TAKES * last.evidence:
