@@ -230,3 +230,13 @@ def test_voltages_are_judged_by_the_encoders():
 def test_a_machine_at_rest_is_not_judged():
     still = record(machine(), chain(rest((0.01, 0), 0.3)), noise=0.0)
     assert texts(changed(still, x=np.full(len(still), 5.0))) == []
+
+
+def test_a_recording_of_dc_motors_for_a_machine_of_steppers_is_told(sound):
+    driven = record(machine("yin2018_dc"), rich_motion())
+    assert texts(driven, machine("yin2018_dc")) == []
+    told = "train.csv: it has a controller, as dc motors have; the machine has steppers"
+    assert told in texts(driven)
+    voltages = {f"V{i}": np.zeros(len(sound)) for i in (1, 2)}
+    (text,) = texts(changed(sound, **voltages))
+    assert "it has voltages" in text

@@ -109,6 +109,9 @@ def test_old_step_distance_and_gears(printer):
         ([("[stepper_y]", "[steper_y]")], r"no section \[stepper_y\].*steper_y"),
         ([("drivers.cfg", "driver.cfg")], "line 2: no file 'driver.cfg'"),
         ([("drivers.cfg", "printer.cfg")], "includes itself"),
+        ([("microsteps: 32", "microsteps: -3")],
+         r"\[stepper_x\] microsteps: found -3, expected a whole number from 1 on"),
+        ([("microsteps: 32", "microsteps: 0.5")], "microsteps: found 0.5, expected a whole"),
         ([("max_velocity", "max velocity 3\nx")], "line 5: found 'max velocity 3'"),
     ],
 )  # fmt: skip

@@ -84,8 +84,8 @@ def read_printer(path: Path) -> Printer:
     return Printer(
         turns[0],
         gears[0],
-        int(_number(config, "stepper_x", "microsteps", path, 16.0) or 16),
-        int(_number(config, "stepper_x", "full_steps_per_rotation", path, 200.0) or 200),
+        _count(config, "microsteps", path, 16),
+        _count(config, "full_steps_per_rotation", path, 200),
         (ends[0][0], ends[1][0]),
         (ends[0][1], ends[1][1]),
         _milli(_number(config, "printer", "max_velocity", path, math.nan)),
@@ -185,6 +185,15 @@ def _number(
         place = _where(config, section, key, path)
         raise InputError(f"{place}: found {options[key].text!r}, expected a number")
     return value
+
+
+def _count(config: Config, key: str, path: Path, default: int) -> int:
+    """A whole number from 1 on of the first motor, or the default where it is absent."""
+    value = _number(config, MOTORS[0], key, path, float(default))
+    if value < 1 or value != int(value):
+        place = _where(config, MOTORS[0], key, path)
+        raise InputError(f"{place}: found {value:g}, expected a whole number from 1 on")
+    return int(value)
 
 
 def _rotation_distance(config: Config, motor: str, path: Path) -> float:

@@ -16,7 +16,7 @@ from corexy_fmi.engine.data.wiring import FEW, IDENTITY, Map, driven, fitted, or
 from corexy_fmi.engine.evidence import Finding
 from corexy_fmi.kernel.call import Array
 from corexy_fmi.machine import Machine
-from corexy_fmi.recording import Recording
+from corexy_fmi.recording import Recording, is_dc
 
 UNIT_BAND = 0.25  # a response within this band of a unit's factor is in that unit
 STILL = 0.05  # response below which a channel shows none of the motion
@@ -80,6 +80,15 @@ def check(recording: Recording, machine: Machine) -> tuple[Recording, list[Findi
     bench = _Bench(recording, machine, response)
     found = [finding for step in STEPS for finding in step(bench)]
     return bench.recording, found
+
+
+def _drive(bench: _Bench) -> list[Finding]:
+    """A recording of dc motors for a machine of steppers, whose rotors are where they are told."""
+    if bench.machine.drive != "stepper" or not is_dc(bench.recording):
+        return []
+    sign = "a controller" if "controller" in bench.recording.metadata else "voltages"
+    fix = "Give a machine file with drive = 'dc'; phi1, phi2 are taken as steps here."
+    return [bench.say(f"it has {sign}, as dc motors have; the machine has steppers", fix)]
 
 
 def _dead(bench: _Bench) -> list[Finding]:
@@ -274,5 +283,5 @@ def _next_level(values: Array, level: float) -> int:
 
 
 STEPS: tuple[Check, ...] = (
-    _dead, _command_unit, _silent_motor, _pairs, _radius, _clipped, _held,
+    _drive, _dead, _command_unit, _silent_motor, _pairs, _radius, _clipped, _held,
 )  # fmt: skip
